@@ -185,7 +185,7 @@ fn thin<T: Copy>(column: &mut Vec<T>) {
 pub struct LinkState {
     /// Name in the configuration.
     pub name: String,
-    /// `serial`, `tcp`, `slcan-serial`, `slcan-tcp`, `socketcan`, `socketcand`, `candump`, `replay`.
+    /// `serial`, `tcp`, `slcan-serial`, `slcan-tcp`, `socketcan`, `socketcand`, `candump`, `file`, `replay`.
     pub kind: String,
     /// Port or address.
     pub address: String,

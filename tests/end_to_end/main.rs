@@ -30,6 +30,7 @@ mod metamorphic;
 mod outlines;
 mod packets;
 mod peers;
+mod pipes;
 mod playback;
 mod preloaded;
 mod profiles;

@@ -182,6 +182,7 @@ fn tables(args: &DescribeArgs, endpoint: Option<&Endpoint>, proposed: &Proposed)
                 )
             }
             Endpoint::Tcp { address } => format!("address = {address:?}\n"),
+            Endpoint::Tls { address, .. } => format!("address = {address:?}\ntls = true\n"),
             Endpoint::TcpPair { address, second_port } => {
                 format!("address = {address:?}\nsecond_port = {second_port}\n")
             }
@@ -191,6 +192,7 @@ fn tables(args: &DescribeArgs, endpoint: Option<&Endpoint>, proposed: &Proposed)
             }
             Endpoint::SocketCan { interface } => format!("interface = {interface:?}\n"),
             Endpoint::CanLog { path, speed } => format!("file = {path:?}\nspeed = {speed}\n"),
+            Endpoint::File(file) => format!("path = {:?}\n", file.path),
         };
         text.push('\n');
     }

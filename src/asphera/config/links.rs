@@ -6,7 +6,10 @@ use std::time::Duration;
 use asphera_cantext::socketcand::MAX_BUS_NAME;
 use asphera_settings::Section;
 use asphera_slcan::BitRate;
-use asphera_transport::{Backoff, Endpoint, FlowControl, Parity, SerialSettings};
+use asphera_transport::{
+    Backoff, ClientCertificate, Endpoint, FileSettings, FlowControl, Parity, SerialSettings,
+    TlsSettings,
+};
 
 use crate::station::Framing;
 
@@ -15,7 +18,7 @@ use crate::station::Framing;
 pub struct LinkConfig {
     /// Name of its table.
     pub name: String,
-    /// `serial`, `tcp`, `tcp-pair`, `udp`, `slcan-serial`, `slcan-tcp`, `socketcan`, `socketcand` or `candump`.
+    /// `serial`, `tcp`, `tcp-pair`, `udp`, `slcan-serial`, `slcan-tcp`, `socketcan`, `socketcand`, `candump` or `file`.
     pub kind: &'static str,
     /// Where it leads.
     pub endpoint: Endpoint,
@@ -38,9 +41,10 @@ enum Kind {
     SocketCan,
     Socketcand,
     Candump,
+    File,
 }
 
-const KINDS: [(&str, Kind); 9] = [
+const KINDS: [(&str, Kind); 10] = [
     ("serial", Kind::Serial),
     ("tcp", Kind::Tcp),
     ("tcp-pair", Kind::TcpPair),
@@ -50,6 +54,7 @@ const KINDS: [(&str, Kind); 9] = [
     ("socketcan", Kind::SocketCan),
     ("socketcand", Kind::Socketcand),
     ("candump", Kind::Candump),
+    ("file", Kind::File),
 ];
 
 impl LinkConfig {
@@ -72,21 +77,26 @@ pub(super) fn read(
     let kind = table.required_word("kind", &KINDS)?;
     let endpoint = match kind {
         Kind::Serial | Kind::SlcanSerial => serial(table),
-        Kind::Tcp | Kind::SlcanTcp | Kind::Socketcand => tcp(table),
+        Kind::Tcp | Kind::SlcanTcp | Kind::Socketcand => tcp(table, folder),
         Kind::TcpPair => tcp_pair(table),
         Kind::Udp => udp(table),
         Kind::SocketCan => named(table, "interface", "a CAN interface, as can0")
             .map(|interface| Endpoint::SocketCan { interface }),
         Kind::Candump => log(table, folder),
+        Kind::File => file(table, folder),
     };
     let framing = match kind {
         Kind::Serial | Kind::Tcp => Some(Framing::Raw),
         Kind::TcpPair => Some(Framing::TwoStreams),
         Kind::Udp => Some(Framing::Datagrams),
-        Kind::SlcanSerial | Kind::SlcanTcp => bit_rate(table).map(Framing::Slcan),
+        Kind::SlcanSerial | Kind::SlcanTcp => {
+            let listen_only = table.or("listen_only", false);
+            bit_rate(table).map(|bit_rate| Framing::Slcan { bit_rate, listen_only })
+        }
         Kind::SocketCan => Some(Framing::CanRecords),
         Kind::Socketcand => bus(table).map(|bus| Framing::Socketcand { bus }),
         Kind::Candump => Some(Framing::Candump { interface: interface(table) }),
+        Kind::File => Some(Framing::File),
     };
     let first_ms = table.within("reconnect_first_ms", 100, 1..=60_000u64);
     let max_ms = table.within("reconnect_max_ms", 1000, 1..=600_000u64);
@@ -139,8 +149,47 @@ fn serial(table: &Section<'_>) -> Option<Endpoint> {
     }))
 }
 
-fn tcp(table: &Section<'_>) -> Option<Endpoint> {
-    address(table, "address").map(|address| Endpoint::Tcp { address })
+fn tcp(table: &Section<'_>, folder: &Path) -> Option<Endpoint> {
+    let address = address(table, "address");
+    if table.is_bool("tls") || !table.has("tls") {
+        let address = address?;
+        return Some(match table.or("tls", false) {
+            true => Endpoint::Tls { address, tls: TlsSettings::default() },
+            false => Endpoint::Tcp { address },
+        });
+    }
+    let section = table.section("tls");
+    let tls = tls(&section, folder);
+    section.finish();
+    Some(Endpoint::Tls { address: address?, tls: tls? })
+}
+
+/// Files are read when the link opens: a recording is replayed without them.
+fn tls(table: &Section<'_>, folder: &Path) -> Option<TlsSettings> {
+    let file = |key: &str, expected: &str| match table.has(key) {
+        true => named(table, key, expected).map(|file| Some(folder.join(file))),
+        false => Some(None),
+    };
+    let ca = file("ca", "a PEM file with certificates of issuers");
+    let certificate = file("certificate", "a PEM file with the certificate of this client");
+    let key = file("key", "a PEM file with its private key");
+    let server_name = match table.has("server_name") {
+        true => named(table, "server_name", "the name that the server's certificate has").map(Some),
+        false => Some(None),
+    };
+    let client = match (certificate?, key?) {
+        (Some(certificate), Some(key)) => Some(ClientCertificate { certificate, key }),
+        (None, None) => None,
+        (Some(_), None) => {
+            table.problem("key", "the PEM file with the key of the certificate", "nothing");
+            return None;
+        }
+        (None, Some(_)) => {
+            table.problem("certificate", "the PEM file with the certificate of the key", "nothing");
+            return None;
+        }
+    };
+    Some(TlsSettings { ca: ca?, server_name: server_name?, client })
 }
 
 fn tcp_pair(table: &Section<'_>) -> Option<Endpoint> {
@@ -174,6 +223,28 @@ fn log(table: &Section<'_>, folder: &Path) -> Option<Endpoint> {
     let file = named(table, "file", "a log that candump -l wrote, as bus.log");
     let speed = table.within("speed", 1.0, 0.01..=1000.0);
     Some(Endpoint::CanLog { path: folder.join(file?), speed })
+}
+
+/// A file, a FIFO or the standard input.
+fn file(table: &Section<'_>, folder: &Path) -> Option<Endpoint> {
+    let path = named(table, "path", "a file, a FIFO, or \"-\" for the standard input");
+    let follow = table.or("follow", false);
+    let from_end = if follow || !table.has("from") {
+        table.word("from", follow, &[("begin", false), ("end", true)]) && follow
+    } else {
+        let found = "a file that is read from its beginning to its end";
+        table.problem("from", "follow = true beside it", found);
+        // The key is known, whatever it says.
+        table.get::<String>("from");
+        false
+    };
+    let path = path?;
+    if path == "-" && follow {
+        table.problem("follow", "false: a pipe ends when its writer does", "true");
+        return None;
+    }
+    let path = if path == "-" { path.into() } else { folder.join(path) };
+    Some(Endpoint::File(FileSettings { path, follow, from_end }))
 }
 
 /// Interface whose frames are taken of a log; without the key those of all.

@@ -40,7 +40,7 @@ use crate::calibration::CalibrationFile;
 use crate::contour::ContourPlan;
 use crate::parts::PartsPlan;
 use crate::session;
-use crate::station::{EndSettings, Kinematics, ScanPlan};
+use crate::station::{EndSettings, Framing, Kinematics, ScanPlan};
 
 /// The kind of file that configurations and nominals are.
 pub(crate) const TOML: &str = "a TOML file in UTF-8";
@@ -394,7 +394,7 @@ fn check_links(
         if !link.framing.suits(device.carries) {
             let expected = match device.carries {
                 Carries::CanFrames => "a CAN link",
-                Carries::Bytes => "a serial, tcp or udp link",
+                Carries::Bytes => "a serial, tcp, udp or file link",
                 Carries::Datagrams => "a udp link",
                 Carries::TwoStreams => "a tcp-pair link",
             };
@@ -407,7 +407,13 @@ fn check_links(
         if !link.framing.can_send() && device.is_sent_to() {
             let expected =
                 "a link that can send, or settings that only listen: for cia406 listen_only = true";
-            table.problem("link", expected, format!("{}, a log that answers nothing", link.name));
+            let found = match link.framing {
+                Framing::File => "a file or pipe that answers nothing",
+                Framing::Slcan { .. } => "an adapter with listen_only = true",
+                _ => "a log that answers nothing",
+            };
+            let found = format!("{}, {found}", link.name);
+            table.problem("link", expected, found);
         }
         if matches!(link.endpoint, Endpoint::Udp { peer: None, .. }) && device.is_sent_to() {
             let expected = format!(

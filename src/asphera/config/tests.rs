@@ -5,8 +5,10 @@ use std::fs;
 use super::*;
 
 mod can_links;
+mod file_links;
 mod line_scanners;
 mod scan;
+mod tls_links;
 
 fn project(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config").join(path)
@@ -124,6 +126,11 @@ const ALTERNATIVES: &[&str] = &[
     "kind = \"candump\"",
     "file = \"bus.log\"",
     "speed = 1.0",
+    "tls = { ca = \"plant.pem\", server_name = \"oven.plant\", certificate = \"station.pem\", key = \"station.key\" }",
+    "kind = \"file\"",
+    "path = \"profiles.fifo\"",
+    "follow = false",
+    "from = \"end\"",
     "scale_um = 10000",
     "step_nm = 100",
     "velocity_step_mm_s = 0.01",

@@ -43,20 +43,20 @@ impl Bus {
     pub(super) fn opened(framing: &Framing, now: Nanos) -> (Bus, Vec<u8>) {
         let mut first = Vec::new();
         let bus = match framing {
-            Framing::Raw | Framing::Datagrams | Framing::TwoStreams => Bus::Absent,
+            Framing::Raw | Framing::Datagrams | Framing::TwoStreams | Framing::File => Bus::Absent,
             Framing::CanRecords => Bus::Records,
             Framing::Candump { interface } => Bus::Log(Reader::new(interface.clone())),
             Framing::Socketcand { bus } => {
                 Bus::Server { client: Client::new(bus), until: now + HANDSHAKE_TIME }
             }
-            Framing::Slcan(rate) => {
+            Framing::Slcan { bit_rate, listen_only } => {
                 // An adapter that was left open takes no bit rate; the empty line ends what it may have half read.
                 first.push(asphera_slcan::CR);
                 for command in [
                     Adapter::Close,
-                    Adapter::BitRate(*rate),
+                    Adapter::BitRate(*bit_rate),
                     Adapter::Timestamps(false),
-                    Adapter::Open,
+                    if *listen_only { Adapter::Listen } else { Adapter::Open },
                 ] {
                     command.encode(&mut first);
                 }

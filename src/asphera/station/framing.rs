@@ -12,8 +12,15 @@ pub enum Framing {
     Datagrams,
     /// The same on two connections, in chunks that name theirs ([`asphera_link::Connection::chunk`]).
     TwoStreams,
+    /// The same from a file or a pipe. Nothing can be sent.
+    File,
     /// CAN frames as ASCII lines of a serial adapter.
-    Slcan(BitRate),
+    Slcan {
+        /// Bit rate of the bus.
+        bit_rate: BitRate,
+        /// Whether the adapter neither acknowledges nor sends.
+        listen_only: bool,
+    },
     /// CAN frames of the kernel, in records of 16 bytes.
     CanRecords,
     /// CAN frames as lines of a log of candump. Nothing can be sent.
@@ -37,7 +44,10 @@ impl Framing {
 
     /// Whether devices on such a link can be sent anything.
     pub(crate) fn can_send(&self) -> bool {
-        !matches!(self, Framing::Candump { .. })
+        !matches!(
+            self,
+            Framing::Candump { .. } | Framing::File | Framing::Slcan { listen_only: true, .. }
+        )
     }
 
     /// Name of the bus among several behind one address.
@@ -51,10 +61,10 @@ impl Framing {
 
     fn carries(&self) -> Carries {
         match self {
-            Framing::Raw => Carries::Bytes,
+            Framing::Raw | Framing::File => Carries::Bytes,
             Framing::Datagrams => Carries::Datagrams,
             Framing::TwoStreams => Carries::TwoStreams,
-            Framing::Slcan(_)
+            Framing::Slcan { .. }
             | Framing::CanRecords
             | Framing::Candump { .. }
             | Framing::Socketcand { .. } => Carries::CanFrames,

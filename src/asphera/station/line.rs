@@ -114,17 +114,21 @@ impl Line {
         match self.framing {
             Framing::Datagrams => false,
             // A profile alone has thousands of bytes.
-            Framing::TwoStreams => bytes >= FULL_READ_BYTES,
+            Framing::TwoStreams | Framing::File => bytes >= FULL_READ_BYTES,
             // A log has the times of its frames.
             Framing::Candump { .. } => false,
-            Framing::Raw | Framing::Slcan(_) | Framing::CanRecords | Framing::Socketcand { .. } => {
-                bytes >= BACKLOG_BYTES
-            }
+            Framing::Raw
+            | Framing::Slcan { .. }
+            | Framing::CanRecords
+            | Framing::Socketcand { .. } => bytes >= BACKLOG_BYTES,
         }
     }
 
     fn is_raw(&self) -> bool {
-        matches!(self.framing, Framing::Raw | Framing::Datagrams | Framing::TwoStreams)
+        matches!(
+            self.framing,
+            Framing::Raw | Framing::Datagrams | Framing::TwoStreams | Framing::File
+        )
     }
 
     pub(crate) fn is_open(&self) -> bool {
@@ -223,6 +227,7 @@ impl Line {
 
     pub(crate) fn closed(&mut self, now: Nanos, reason: String, out: &mut Vec<Effect>) {
         self.figures.closed += 1;
+        let discarded_before = self.figures.discarded_bytes;
         // Where a driver asked for a new connection, what it said then tells more than that this one closed.
         if !self.distrusted {
             self.last_error = Some(match self.bus.summary() {
@@ -237,6 +242,13 @@ impl Line {
             // What they held back of the lost connection is told now.
             self.pump(out);
             self.interrupt(out);
+        }
+        let half = self.figures.discarded_bytes - discarded_before;
+        if self.framing == Framing::File && half > 0 {
+            let reason = self.last_error.take().unwrap_or_default();
+            self.last_error = Some(format!(
+                "{reason}; its last {half} bytes are no whole record: let the program end its last line, or write whole records"
+            ));
         }
         self.epoch = None;
     }
@@ -256,7 +268,7 @@ impl Line {
             self.heard.take(bytes);
         }
         match self.framing {
-            Framing::Raw | Framing::Datagrams => {
+            Framing::Raw | Framing::Datagrams | Framing::File => {
                 for device in &mut self.devices {
                     device.driver.receive(now, Input::Bytes(bytes));
                 }
@@ -271,7 +283,7 @@ impl Line {
                 }
                 None => self.figures.discarded_bytes += bytes.len() as u64,
             },
-            Framing::Slcan(_)
+            Framing::Slcan { .. }
             | Framing::CanRecords
             | Framing::Candump { .. }
             | Framing::Socketcand { .. } => self.received_of_bus(now, bytes, out),

@@ -13,6 +13,9 @@ pub(super) fn lead(document: &mut DocumentMut, link: &str, kind: &str, address: 
     let bit_rate = table.get("bit_rate_bps").cloned();
     if kind == "slcan-tcp" {
         led.insert("bit_rate_bps", bit_rate.unwrap_or_else(|| value(BIT_RATE_BPS)));
+        if let Some(known) = table.get("listen_only") {
+            led.insert("listen_only", known.clone());
+        }
     }
     for key in ["reconnect_first_ms", "reconnect_max_ms", "stale_after_ms"] {
         if let Some(known) = table.get(key) {

@@ -53,7 +53,7 @@ impl Playback {
         for (index, link) in config.links.iter().enumerate() {
             refuse_unplayable(&config, index)?;
             let kind = match link.kind {
-                "serial" | "tcp" | "udp" => "tcp",
+                "serial" | "tcp" | "udp" | "file" => "tcp",
                 "slcan-serial" | "slcan-tcp" => "slcan-tcp",
                 other => {
                     let found =

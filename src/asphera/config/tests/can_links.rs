@@ -39,6 +39,24 @@ fn two_buses_of_a_server_are_two_links() {
     }
 }
 
+/// An adapter that listens only cannot ask a node.
+#[test]
+fn an_adapter_that_listens_only_has_listeners_alone() {
+    let link = |port: u16| {
+        format!(
+            "kind = \"slcan-tcp\"\naddress = \"h:{port}\"\nbit_rate_bps = 500000\nlisten_only = true"
+        )
+    };
+    let config = station(&link(1), &link(2), LISTENER).unwrap();
+    let framing = &config.links[0].framing;
+    assert!(matches!(framing, Framing::Slcan { listen_only: true, .. }), "{framing:?}");
+    let problems = station(&link(1), &link(2), "node_id = 5").unwrap_err();
+    let words = "expected a link that can send, or settings that only listen: for cia406 listen_only = true";
+    assert!(problems.to_string().contains(words), "{problems}");
+    assert!(problems.to_string().contains("a, an adapter with listen_only = true"), "{problems}");
+    assert_eq!(keys(Err(problems)), ["device.x.link", "device.z.link"]);
+}
+
 #[test]
 fn a_log_is_found_from_the_folder_of_the_file_and_has_listeners_alone() {
     let link = |more: &str| format!("kind = \"candump\"\nfile = \"bus.log\"\n{more}");

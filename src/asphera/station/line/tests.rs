@@ -188,3 +188,36 @@ fn a_log_takes_nothing_and_says_at_its_end_what_was_left_out() {
          1 times no line of candump, first in line 4"
     );
 }
+
+/// The adapter is opened with `L`, and takes frames as any other.
+#[test]
+fn an_adapter_that_listens_only_is_opened_so() {
+    let bit_rate = asphera_slcan::BitRate::from_bits_per_s(500_000).unwrap();
+    let first = |listen_only| opened(&mut line(Framing::Slcan { bit_rate, listen_only }), 0, 1);
+    assert_eq!(first(true)[0], "send \rC\rS6\rZ0\rL\r");
+    assert_eq!(first(false)[0], "send \rC\rS6\rZ0\rO\r");
+    let mut line = line(Framing::Slcan { bit_rate, listen_only: true });
+    opened(&mut line, 0, 1);
+    assert_eq!(received(&mut line, 1, b"\r\r\r\rt185105\r"), ["reading Some(5.0)"]);
+}
+
+/// Half a record at the end of a file is counted, and said with its cure.
+#[test]
+fn half_a_record_at_the_end_of_a_file_is_said() {
+    let text = "begins_whole = true\nfield = [{ name = 'z', column = 1 }]";
+    let settings = asphera_described::FAMILY.parse("settings", text).unwrap();
+    let device = ("gauge".to_owned(), settings.driver().unwrap());
+    let mut line = Line::new("file".to_owned(), Framing::File, vec![device]);
+    opened(&mut line, 0, 1);
+    assert_eq!(received(&mut line, 1, b"1.5\n2.5\n3."), ["reading Some(1.5)", "reading Some(2.5)"]);
+    line.closed(Nanos::from_millis(2), "a.csv was read to its end".to_owned(), &mut Vec::new());
+    assert_eq!(line.figures(&[]).discarded_bytes, 2);
+    assert_eq!(
+        line.last_error().unwrap(),
+        "a.csv was read to its end; its last 2 bytes are no whole record: let the program end its last line, or write whole records"
+    );
+    opened(&mut line, 10, 2);
+    received(&mut line, 11, b"4.5\n");
+    line.closed(Nanos::from_millis(12), "the program closed it".to_owned(), &mut Vec::new());
+    assert_eq!(line.last_error(), Some("the program closed it"));
+}
