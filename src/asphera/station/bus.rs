@@ -158,8 +158,10 @@ fn record(input: &mut &[u8]) -> Piece {
 fn adapter(item: Item, refusals: &mut u64) -> Option<Piece> {
     match item {
         Item::Frame(frame, _) => Some(Piece::Frame(frame)),
-        Item::Malformed { bytes } | Item::Unsupported { bytes } => {
-            Some(Piece::Discarded { bytes, why: None })
+        Item::Malformed { bytes } => Some(Piece::Discarded { bytes, why: None }),
+        Item::Unsupported { bytes } => {
+            let why = "the adapter gave a CAN FD frame: drivers read classic frames alone, of up to 8 bytes";
+            Some(Piece::Discarded { bytes, why: Some(why.to_owned()) })
         }
         Item::Error => {
             *refusals += 1;
