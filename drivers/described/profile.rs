@@ -207,7 +207,7 @@ impl ProfileRow {
             }
             (Layout::Bytes, ..) => wrong("column", "`at`, as the fields", "`column`".to_owned()),
             (Layout::Columns { .. }, ..) => {
-                wrong("at", "`column`, as the fields", "`at`".to_owned())
+                wrong("at", "`column`, as the fields", "`at`".to_owned());
             }
             (Layout::Pattern(_), ..) => {
                 wrong(

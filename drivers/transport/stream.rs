@@ -189,3 +189,23 @@ const PROBE_PERIOD: Duration = Duration::from_secs(2);
 const PROBES: u32 = 3;
 const LONGEST_SILENCE: Duration = Duration::from_secs(11);
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
+
+#[cfg(test)]
+mod tests {
+    use tokio::net::TcpListener;
+
+    use super::*;
+
+    /// A peer that is gone without a word is found within 5 s + 3 × 2 s.
+    #[tokio::test]
+    async fn a_silent_peer_is_asked_whether_it_is_there() {
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let stream = connect(&listener.local_addr().unwrap().to_string()).await.unwrap();
+        let socket = SockRef::from(&stream);
+        assert!(socket.keepalive().unwrap());
+        let after = socket.tcp_keepalive_time().unwrap();
+        let period = socket.tcp_keepalive_interval().unwrap();
+        assert_eq!(after + period * socket.tcp_keepalive_retries().unwrap(), LONGEST_SILENCE);
+        assert_eq!(socket.tcp_user_timeout().unwrap(), Some(LONGEST_SILENCE));
+    }
+}

@@ -317,7 +317,6 @@ async fn openssl_is_understood() {
 }
 
 /// Says that a test was skipped, and why.
-#[expect(clippy::print_stderr, reason = "what is skipped must be seen")]
 fn skipped(why: &str) {
     eprintln!("skipped: {why}");
 }
