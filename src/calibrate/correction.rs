@@ -19,6 +19,13 @@ pub enum Axes {
         /// Height, mm.
         z_mm: f64,
     },
+    /// Turned part under a probe whose place beside the plane of the radial axis counts too.
+    Turned {
+        /// Angle, rad, counter-clockwise seen from +z.
+        angle_rad: f64,
+        /// Place before the turn, mm: along the radial axis, in the sense of growing angles, and in height.
+        place_mm: [f64; 3],
+    },
 }
 
 impl Axes {
@@ -46,13 +53,17 @@ impl Axes {
                 let (sin, cos) = angle_rad.sin_cos();
                 ([radius_mm * cos, radius_mm * sin, z_mm], [cos, sin])
             }
+            Axes::Turned { angle_rad, place_mm: [x, y, z] } => {
+                let (sin, cos) = angle_rad.sin_cos();
+                ([x * cos - y * sin, x * sin + y * cos, z], [cos, sin])
+            }
         }
     }
 
     fn machine(self) -> Machine {
         match self {
             Axes::Cartesian(_) => Machine::Cartesian,
-            Axes::Polar { .. } => Machine::Polar,
+            Axes::Polar { .. } | Axes::Turned { .. } => Machine::Polar,
         }
     }
 }
@@ -147,6 +158,23 @@ mod tests {
         close(at(3.0), [3.1, 0.2, 1.0]);
         close(at(-3.0), [-2.9, 0.2, 1.0]);
         assert_eq!(correction.apply(Axes::Cartesian([0.0; 3])), None, "another machine");
+    }
+
+    /// The tangential offset of a calibration and a laser line that passes the axis by as much are one geometry.
+    #[test]
+    fn a_turned_place_is_the_polar_one_with_a_tangential_offset() {
+        let offset = vec![(Parameter::OffsetTangential, 0.2)];
+        let correction = Correction::new(Machine::Polar, offset, None).expect("right");
+        let none = Correction::new(Machine::Polar, Vec::new(), None).expect("right");
+        for angle_rad in [0.0, 0.7, -2.0, 40.0] {
+            let polar = Axes::Polar { angle_rad, radius_mm: -3.0, z_mm: 1.0 };
+            let turned = Axes::Turned { angle_rad, place_mm: [-3.0, 0.2, 1.0] };
+            let expected = correction.apply(polar).expect("a place");
+            close(none.apply(turned).expect("a place"), expected);
+            close(turned.place_mm(), expected);
+        }
+        let at = Axes::Turned { angle_rad: 0.0, place_mm: [3.0, 0.0, 1.0] };
+        close(correction.apply(at).expect("a place"), [3.0, 0.2, 1.0]);
     }
 
     #[test]
