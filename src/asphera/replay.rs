@@ -32,6 +32,12 @@ pub enum ReplayError {
     /// A driver refused its settings.
     #[error(transparent)]
     Assemble(#[from] AssembleError),
+    /// Readings of its axes are more than three numbers a point.
+    #[error(
+        "expected a session of kind \"cartesian\" or \"polar\", or of a line scanner on a linear axis, found a line scanner over a \
+         part that turns: write its points to a file without [calibration], and give that file with --machine polar"
+    )]
+    NoBareReadings,
 }
 
 /// A recording whose configuration can be used, ready to be played.
@@ -71,10 +77,11 @@ impl Playback {
     ///
     /// # Errors
     ///
-    /// As [`Playback::open`].
+    /// As [`Playback::open`], and where readings of the axes are more than three numbers a point.
     pub fn bare(mut self) -> Result<(Machine, Playback), ReplayError> {
         let machine = self.config.kinematics.machine();
-        self.config.kinematics = self.config.kinematics.bare();
+        self.config.kinematics =
+            self.config.kinematics.bare().ok_or(ReplayError::NoBareReadings)?;
         self.config.calibration = None;
         self.config.contour = None;
         self.config.parts = None;

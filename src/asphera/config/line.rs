@@ -4,16 +4,17 @@ use asphera_settings::Section;
 
 use super::devices::DeviceConfig;
 use super::motion::SyncConfig;
-use crate::station::{Axis, Profiler, Scaling};
+use crate::station::{Axis, Carriage, ProfileDirection, Profiler, Scaling};
 
-/// Reads what is beside the axis `along`: the tables `across` and `height`.
+/// Reads the table; `axis` reads that of an axis by its name, which is rotary or not.
 pub(super) fn read(
     table: &Section<'_>,
     sync: Option<&SyncConfig>,
     devices: &[DeviceConfig],
-    along: Option<Axis>,
+    axis: &dyn Fn(&str, bool) -> Option<Axis>,
 ) -> Option<Profiler> {
     let section = table.section("across");
+    let carriage = carriage(table, &section, axis);
     let device: Option<String> = section.required("device");
     let across = scaling(&section);
     let skew_deg: f64 = section.within("skew_deg", 0.0, -60.0..=60.0);
@@ -24,9 +25,40 @@ pub(super) fn read(
     let section = table.section("height");
     let height = scaling(&section);
     section.finish();
-    let (across, height, along) = (across?, height?, along?);
+    let (across, height, carriage) = (across?, height?, carriage?);
     let skew_rad = skew_deg.to_radians();
-    is_scanner.then_some(Profiler { stream: 0, across, height, along, skew_rad })
+    is_scanner.then_some(Profiler { stream: 0, across, height, carriage, skew_rad })
+}
+
+/// Reads the axis, `along` or `rotary`, and the keys that a rotary one has.
+fn carriage(
+    table: &Section<'_>,
+    across: &Section<'_>,
+    axis: &dyn Fn(&str, bool) -> Option<Axis>,
+) -> Option<Carriage> {
+    if !table.has("rotary") {
+        for (section, key) in [(table, "profile"), (across, "tangential_mm")] {
+            if section.has(key) {
+                let expected = "no such key, or the table rotary in place of along";
+                section.problem(key, expected, format!("`{key}`"));
+            }
+        }
+        if !table.has("along") {
+            let expected =
+                "a table with device and channel, or such a table rotary where the part turns";
+            table.problem("along", expected, "nothing");
+            return None;
+        }
+        return axis("along", false).map(Carriage::Linear);
+    }
+    if table.has("along") {
+        table.problem("along", "one axis: along, or rotary where the part turns", "both");
+    }
+    let words = [("radial", ProfileDirection::Radial), ("axial", ProfileDirection::Axial)];
+    let profile = table.required_word("profile", &words);
+    let tangential_mm = across.within("tangential_mm", 0.0, -1e4..=1e4);
+    let rotary = axis("rotary", true)?;
+    Some(Carriage::Turning { rotary, profile: profile?, tangential_mm })
 }
 
 /// A device whose readings have profiles is told apart by its kind of kinematics: no other takes its points.

@@ -323,9 +323,12 @@ fn read_root(
     let output = output::read(&root.section("output"));
     let (contour, text) = contour::read(&root.section("contour"), folders.station, text);
     let (parts, text) = parts::read(&root.section("parts"), folders.station, &text);
-    let machine = kinematics.as_ref().map(Kinematics::machine);
-    let (calibration, text) =
-        calibration::read(&root.section("calibration"), folders.station, machine, &text);
+    let (calibration, text) = calibration::read(
+        &root.section("calibration"),
+        folders.station,
+        kinematics.as_ref(),
+        &text,
+    );
 
     let (listen, allowed_hosts) = publish(&root.section("publish"));
 

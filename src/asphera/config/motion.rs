@@ -135,10 +135,7 @@ pub(super) fn kinematics(
             let (x, y, z) = (axis("x", false), axis("y", false), axis("z", false));
             x.zip(y).zip(z).map(|((x, y), z)| Kinematics::Cartesian { x, y, z })
         }
-        Kind::Line => {
-            let along = axis("along", false);
-            line::read(table, sync, devices, along).map(Kinematics::Line)
-        }
+        Kind::Line => line::read(table, sync, devices, &axis).map(Kinematics::Line),
     };
     if let Some(axes) = kinematics.as_ref().map(Kinematics::axes) {
         let sources: Vec<Source> = axes.iter().filter_map(|axis| axis.source).collect();

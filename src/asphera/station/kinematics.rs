@@ -4,7 +4,7 @@ use asphera_calibrate::{Axes, Correction, Machine};
 use asphera_clocks::Spread;
 use asphera_link::{Flags, Nanos};
 
-use super::profiler::Profiler;
+use super::profiler::{Carriage, Profiler};
 use super::synchronizer::Record;
 
 /// One measured point.
@@ -128,12 +128,16 @@ impl Kinematics {
             Kinematics::Polar { rotary, .. } if measured(rotary) => {
                 Some(("rotary", "constant_rad"))
             }
-            Kinematics::Line(profiler)
-                if along(profiler.skew_deg()) && measured(&profiler.along) =>
-            {
-                Some(("along", "constant_mm"))
-            }
-            Kinematics::Cartesian { .. } | Kinematics::Polar { .. } | Kinematics::Line(_) => None,
+            Kinematics::Line(profiler) => match &profiler.carriage {
+                Carriage::Linear(axis) if along(profiler.skew_deg()) && measured(axis) => {
+                    Some(("along", "constant_mm"))
+                }
+                Carriage::Turning { rotary, .. } if measured(rotary) => {
+                    Some(("rotary", "constant_rad"))
+                }
+                Carriage::Linear(_) | Carriage::Turning { .. } => None,
+            },
+            Kinematics::Cartesian { .. } | Kinematics::Polar { .. } => None,
         }
     }
 
@@ -142,7 +146,7 @@ impl Kinematics {
         match *self {
             Kinematics::Cartesian { x, y, z } => vec![x, y, z],
             Kinematics::Polar { rotary, radial, probe } => vec![rotary, radial, probe],
-            Kinematics::Line(profiler) => vec![profiler.along],
+            Kinematics::Line(profiler) => vec![profiler.carriage.axis()],
         }
     }
 
@@ -193,26 +197,35 @@ impl Kinematics {
     /// The axis that turns, if there is one.
     pub(crate) fn turning(&self) -> Option<Axis> {
         match self {
-            Kinematics::Polar { rotary, .. } => Some(*rotary),
+            Kinematics::Polar { rotary, .. }
+            | Kinematics::Line(Profiler { carriage: Carriage::Turning { rotary, .. }, .. }) => {
+                Some(*rotary)
+            }
             Kinematics::Cartesian { .. } | Kinematics::Line(_) => None,
         }
     }
 
     /// The machine whose errors a calibration of these axes holds.
     pub fn machine(&self) -> Machine {
+        if self.turning().is_some() { Machine::Polar } else { Machine::Cartesian }
+    }
+
+    /// The same axes with their bare readings as x, y and z: of a polar machine angle in rad, radius and height. `None` where
+    /// three numbers do not hold them: of a line scanner over a part that turns.
+    pub fn bare(self) -> Option<Kinematics> {
         match self {
-            Kinematics::Cartesian { .. } | Kinematics::Line(_) => Machine::Cartesian,
-            Kinematics::Polar { .. } => Machine::Polar,
+            Kinematics::Polar { rotary, radial, probe } => {
+                Some(Kinematics::Cartesian { x: rotary, y: radial, z: probe })
+            }
+            other => (other.machine() == Machine::Cartesian).then_some(other),
         }
     }
 
-    /// The same axes with their bare readings as x, y and z: of a polar machine angle in rad, radius and height.
-    pub fn bare(self) -> Kinematics {
+    /// Whether heights that the probe measures lie along z, so that a map of their errors fits.
+    pub fn measures_along_z(&self) -> bool {
         match self {
-            Kinematics::Polar { rotary, radial, probe } => {
-                Kinematics::Cartesian { x: rotary, y: radial, z: probe }
-            }
-            other => other,
+            Kinematics::Cartesian { .. } | Kinematics::Polar { .. } => true,
+            Kinematics::Line(profiler) => profiler.carriage.measures_along_z(),
         }
     }
 }

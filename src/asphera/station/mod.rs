@@ -23,6 +23,6 @@ pub use framing::Framing;
 pub use joiner::JoinSettings;
 pub use kinematics::{Axis, Kinematics, Point, Source};
 pub use line::Line;
-pub use profiler::{Profiler, Scaling};
+pub use profiler::{Carriage, ProfileDirection, Profiler, Scaling};
 pub use scan::{AdaptivePlan, ArmError, Order, ScanAxis, ScanDecision, ScanPlan, Scanner, Stroke};
 pub use synchronizer::{Record, StreamCounts, SyncSettings, Synchronizer};

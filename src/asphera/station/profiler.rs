@@ -1,4 +1,4 @@
-//! A line scanner on a linear axis: from a profile to points in the part frame.
+//! A line scanner on a linear or rotary axis: from a profile to points in the part frame.
 
 use asphera_calibrate::{Axes, Correction};
 use asphera_link::{Flags, Profile};
@@ -8,12 +8,16 @@ use super::synchronizer::Record;
 
 /// A line scanner that an axis moves over the part, or the part under it.
 ///
-/// With u = across(x) and z = height(z) of a point of the profile, v the place of the axis, and the angle s of the
-/// laser line against x, positive towards y:
+/// A point of the profile has u = across(x) and h = height(z), mm. The laser line has the angle s, rad. A linear axis
+/// stands at v, mm. A rotary axis stands at θ, rad, and the laser line passes it by c, mm.
 ///
 /// ```text
-/// position = [u cos s, v + u sin s, z]
+/// linear           position = [u cos s, v + u sin s, h]
+/// turning, radial  position = R(θ) · [u cos s, c + u sin s, h]
+/// turning, axial   position = R(θ) · [h, c + u sin s, u cos s]
 /// ```
+///
+/// R(θ) turns about z, counter-clockwise seen from +z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Profiler {
     /// Stream of the synchronizer whose readings have the profiles.
@@ -22,10 +26,74 @@ pub struct Profiler {
     pub across: Scaling,
     /// Profile coordinate z to mm in height.
     pub height: Scaling,
-    /// Axis along y, mm.
-    pub along: Axis,
-    /// Angle of the laser line against x, rad.
+    /// Axis by which the laser line gets over the part.
+    pub carriage: Carriage,
+    /// Angle of the laser line, rad: against x, positive towards y; of an axial profile against the axis of rotation, positive
+    /// in the sense of growing angles.
     pub skew_rad: f64,
+}
+
+/// Axis by which a laser line gets over the part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Carriage {
+    /// Linear axis along y, mm.
+    Linear(Axis),
+    /// Rotary axis that turns the part about z.
+    Turning {
+        /// θ, rad, counter-clockwise seen from +z.
+        rotary: Axis,
+        /// Direction of the profile.
+        profile: ProfileDirection,
+        /// Distance by which the laser line passes the axis of rotation, mm, in the sense of growing angles.
+        tangential_mm: f64,
+    },
+}
+
+/// Direction of a profile over a part that turns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProfileDirection {
+    /// Along the radius, heights along the axis of rotation: the face of a disc or lens.
+    Radial,
+    /// Along the axis of rotation, heights along the radius: a shaft or a ball from its side.
+    Axial,
+}
+
+impl Carriage {
+    /// The axis itself.
+    pub(super) fn axis(&self) -> Axis {
+        match *self {
+            Carriage::Linear(axis) | Carriage::Turning { rotary: axis, .. } => axis,
+        }
+    }
+
+    /// Whether heights lie along z.
+    pub(super) fn measures_along_z(&self) -> bool {
+        !matches!(self, Carriage::Turning { profile: ProfileDirection::Axial, .. })
+    }
+
+    /// The axes at a point of a profile: `stand` in mm or rad is that of the axis, `along_mm` and `beside_mm` lie along the
+    /// profile and across it, `height_mm` is the height.
+    fn axes(&self, stand: f64, [along_mm, beside_mm]: [f64; 2], height_mm: f64) -> Axes {
+        match *self {
+            Carriage::Linear(_) => Axes::Cartesian([along_mm, stand + beside_mm, height_mm]),
+            Carriage::Turning { profile, tangential_mm, .. } => {
+                let tangential_mm = tangential_mm + beside_mm;
+                let place_mm = match profile {
+                    ProfileDirection::Radial => [along_mm, tangential_mm, height_mm],
+                    ProfileDirection::Axial => [height_mm, tangential_mm, along_mm],
+                };
+                Axes::Turned { angle_rad: stand, place_mm }
+            }
+        }
+    }
+
+    /// Standard uncertainties along x, y and z of a place, mm, by one of where the axis stands, mm or rad.
+    fn spread_mm(&self, place_mm: [f64; 3], u: f64) -> [f64; 3] {
+        match self {
+            Carriage::Linear(_) => [0.0, u, 0.0],
+            Carriage::Turning { .. } => [place_mm[1].abs() * u, place_mm[0].abs() * u, 0.0],
+        }
+    }
 }
 
 /// Measured length to a coordinate: `value · scale + offset`.
@@ -51,7 +119,8 @@ impl Profiler {
         out: &mut Vec<Point>,
     ) {
         let mut flags = record.flags;
-        let along_mm = self.along.value(record, &mut flags);
+        let axis = self.carriage.axis();
+        let stand = axis.value(record, &mut flags);
         let reading = record.readings.get(self.stream).and_then(Option::as_ref);
         let profile = reading.and_then(|reading| reading.values.profile());
         flags |= reading.map_or(Flags::UNJOINED, |reading| reading.flags);
@@ -61,13 +130,14 @@ impl Profiler {
             return;
         }
         let (sin, cos) = self.skew_rad.sin_cos();
-        let spread_mm = [0.0, self.along.spread(record), 0.0];
+        let u = axis.spread(record);
         out.extend(points_mm.iter().map(|point_mm| match point_mm {
             Some([x_mm, z_mm]) => {
                 let u_mm = self.across.value_mm(*x_mm);
-                let place = [u_mm * cos, along_mm + u_mm * sin, self.height.value_mm(*z_mm)];
-                let point = Point::corrected(record, Axes::Cartesian(place), correction, flags);
-                Point { u_mm: spread_mm, ..point }
+                let line_mm = [u_mm * cos, u_mm * sin];
+                let axes = self.carriage.axes(stand, line_mm, self.height.value_mm(*z_mm));
+                let point = Point::corrected(record, axes, correction, flags);
+                Point { u_mm: self.carriage.spread_mm(axes.place_mm(), u), ..point }
             }
             None => Point::new(record, [0.0; 3], flags | Flags::NO_SIGNAL),
         }));
@@ -91,11 +161,11 @@ mod tests {
             stream: 0,
             across: Scaling { scale: -1.0, offset_mm: 2.0 },
             height: Scaling { scale: -1.0, offset_mm: 100.0 },
-            along: Axis {
+            carriage: Carriage::Linear(Axis {
                 source: Some(Source { stream: 0, channel: 0 }),
                 scale: 0.05,
                 offset: -10.0,
-            },
+            }),
             skew_rad: skew_deg.to_radians(),
         }
     }
@@ -145,8 +215,9 @@ mod tests {
 
     #[test]
     fn a_stage_with_a_count_of_its_own_gives_the_place() {
-        let along = Axis { source: Some(Source { stream: 1, channel: 0 }), ..profiler(0.0).along };
-        let profiler = Profiler { along, ..profiler(0.0) };
+        let source = Some(Source { stream: 1, channel: 0 });
+        let carriage = Carriage::Linear(Axis { source, ..profiler(0.0).carriage.axis() });
+        let profiler = Profiler { carriage, ..profiler(0.0) };
         let mut record = record(Some(1e6), &[Some([1.0, 1.0]); 2], Flags::empty());
         record.readings.push(Some(Reading {
             host: Nanos::ZERO,
@@ -183,3 +254,6 @@ mod tests {
         assert_eq!(line.stood_still(90.0), None);
     }
 }
+
+#[cfg(test)]
+mod turning_tests;

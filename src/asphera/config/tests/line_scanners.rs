@@ -1,6 +1,7 @@
 //! Stations with line scanners and laser profilers: the examples, their links and their kinematics.
 
 use super::*;
+use crate::station::{Carriage, ProfileDirection};
 
 /// Every commented key of the example exists; profiles are used by one kind of kinematics, of the primary device, over UDP.
 #[test]
@@ -43,6 +44,43 @@ fn a_line_scanner_needs_its_own_kinematics_and_a_udp_link() {
         assert!(text.contains(from), "{from}");
         let problems = Config::parse("line-scanner.toml", &text.replace(from, to)).unwrap_err();
         let found: Vec<_> = problems.0.iter().map(|problem| problem.key.as_str()).collect();
+        assert_eq!(found, keys, "{to}: {problems}");
+    }
+}
+
+/// A part that turns has `rotary` and `profile` in place of `along`, and what only one of them has is refused of the other.
+#[test]
+fn a_line_scanner_has_one_axis_linear_or_rotary() {
+    let text = read(&project("examples/shaft-scanner.toml")).unwrap();
+    let plain = Config::parse("shaft.toml", &text).unwrap();
+    let Kinematics::Line(profiler) = &plain.kinematics else { panic!("{:?}", plain.kinematics) };
+    let Carriage::Turning { rotary, profile, tangential_mm } = profiler.carriage else {
+        panic!("{profiler:?}")
+    };
+    assert_eq!((profile, tangential_mm), (ProfileDirection::Axial, 0.0));
+    assert_eq!(rotary.scale, std::f64::consts::TAU / 36_000.0);
+    let rotary =
+        "rotary = { device = \"profiler\", channel = \"encoder\", counts_per_turn = 36000 }";
+    let along = "along = { device = \"profiler\", channel = \"encoder\", mm_per_count = 0.001 }";
+    let both = format!("{rotary}\n{along}");
+    for (from, to, keys) in [
+        ("profile = \"axial\"", "", &["kinematics.profile"][..]),
+        ("profile = \"axial\"", "profile = \"along\"", &["kinematics.profile"]),
+        ("tangential_mm = 0", "tangential_mm = 1e5", &["kinematics.across.tangential_mm"]),
+        (rotary, &both, &["kinematics.along"]),
+        (rotary, along, &["kinematics.across.tangential_mm", "kinematics.profile"]),
+        (
+            rotary,
+            "",
+            &["kinematics.along", "kinematics.across.tangential_mm", "kinematics.profile"],
+        ),
+        (", counts_per_turn = 36000", "", &["kinematics.rotary.counts_per_turn"]),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let problems = Config::parse("shaft.toml", &text.replace(from, to)).unwrap_err();
+        let mut found: Vec<_> = problems.0.iter().map(|problem| problem.key.as_str()).collect();
+        let mut keys = keys.to_vec();
+        (found.sort_unstable(), keys.sort_unstable());
         assert_eq!(found, keys, "{to}: {problems}");
     }
 }
