@@ -14,6 +14,18 @@ const PART: Part =
 
 const SCAN: Scan = Scan { part: PART, first_y_mm: -5.0, steps: 4, step_mm: 0.04, profiles: 64 };
 
+/// The axis of [`SCAN`].
+const LINEAR: &str =
+    "along = { device = \"scanner\", channel = \"step\", mm_per_count = 0.04, offset_mm = -5 }";
+
+/// A cap that turns about its own axis: every profile is the one through the centre.
+const TURNED: Scan =
+    Scan { part: Part { wave_um: 0.0, ..PART }, first_y_mm: 0.0, step_mm: 0.0, ..SCAN };
+
+/// The axis of [`TURNED`]: half a turn in all, for a profile reaches over the centre.
+const ROTARY: &str = "profile = \"radial\"\n\
+                      rotary = { device = \"scanner\", channel = \"step\", counts_per_turn = 512 }";
+
 fn optics() -> Optics {
     Optics { points: 80, ..Optics::default() }
 }
@@ -21,15 +33,22 @@ fn optics() -> Optics {
 /// Points of the scan by the formulas of the maker, without those of the profiles that were lost: text of x, y and z in mm,
 /// with all digits. A step is 11 mm / 16384 in x and 10 mm / 16384 in z.
 fn points(lost: &[u32]) -> String {
+    points_of(&SCAN, lost, |steps, x_mm| [x_mm, steps * 0.04 - 5.0])
+}
+
+/// The same of any scan, whose places follow from steps and x.
+fn points_of(scan: &Scan, lost: &[u32], place_mm: impl Fn(f64, f64) -> [f64; 2]) -> String {
     let round = |value_mm: f64, range_mm: f64| {
         (value_mm / range_mm * 16_384.0).round() * range_mm / 16_384.0
     };
     let mut text = String::from("x_mm,y_mm,z_mm\n");
     for profile in (0..64).filter(|profile| !lost.contains(profile)) {
-        let y_mm = f64::from(4 * profile) * 0.04 - 5.0;
+        let steps = f64::from(4 * profile);
+        let over_mm = scan.first_y_mm + steps * scan.step_mm;
         for index in 0..80 {
             let x_mm = round(((f64::from(index) + 0.5) / 80.0 - 0.5) * 10.0, 11.0);
-            if let Some(z_mm) = PART.height_mm(x_mm, y_mm) {
+            if let Some(z_mm) = scan.part.height_mm(x_mm, over_mm) {
+                let [x_mm, y_mm] = place_mm(steps, x_mm);
                 let z_mm = 5.0 - round(5.0 - z_mm, 10.0);
                 text += &format!("{x_mm:?},{y_mm:?},{z_mm:?}\n");
             }
@@ -46,7 +65,7 @@ fn nominal(folder: &Path) -> PathBuf {
     path
 }
 
-fn station(folder: &Path, listen: &str) -> PathBuf {
+fn station(folder: &Path, listen: &str, axis: &str) -> PathBuf {
     nominal(folder);
     let text = format!(
         "[station]\nname = \"scanner\"\n[link.scanner]\nkind = \"udp\"\nlisten = \"{listen}\"\n\
@@ -54,7 +73,7 @@ fn station(folder: &Path, listen: &str) -> PathBuf {
          [device.scanner.settings]\nreorder_ms = 50\n\
          [sync]\ndevices = [\"scanner\"]\n[kinematics]\nkind = \"line\"\n\
          across = {{ device = \"scanner\" }}\nheight = {{ offset_mm = 5, reverse = true }}\n\
-         along = {{ device = \"scanner\", channel = \"step\", mm_per_count = 0.04, offset_mm = -5 }}\n\
+         {axis}\n\
          [nominal]\nfile = \"sphere.toml\"\n[scan]\nidle_s = 2\n[session]\ndir = {:?}\n\
          [publish]\nlisten = \"127.0.0.1:0\"\n[output]\nfiles = [\"report.json\"]\n",
         folder.join("recordings").display().to_string()
@@ -66,17 +85,26 @@ fn station(folder: &Path, listen: &str) -> PathBuf {
 
 /// One session with these faults: exit code, report and recording.
 fn measured(folder: &Path, faults: &[(u32, Fault)]) -> (i32, serde_json::Value, PathBuf) {
+    measured_by(folder, (&SCAN, LINEAR), faults)
+}
+
+/// The same of any scan, by an axis.
+fn measured_by(
+    folder: &Path,
+    (scan, axis): (&Scan, &str),
+    faults: &[(u32, Fault)],
+) -> (i32, serde_json::Value, PathBuf) {
     let free = UdpSocket::bind("127.0.0.1:0").unwrap();
     let address = free.local_addr().unwrap();
     drop(free);
-    let config = station(folder, &address.to_string());
+    let config = station(folder, &address.to_string(), axis);
     let running =
         Running::start(Command::new(asphera()).args(["run", "--once", "--config"]).arg(&config));
     // The port is taken when the session has begun.
     while UdpSocket::bind(address).is_ok() {
         std::thread::park_timeout(Duration::from_millis(100));
     }
-    let departures = SCAN.departures(&mut Scanner::new(optics(), 1), faults, 3).unwrap();
+    let departures = scan.departures(&mut Scanner::new(optics(), 1), faults, 3).unwrap();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     runtime.block_on(send(&departures, address)).unwrap();
     let output = running.wait(Duration::from_secs(120));
@@ -129,6 +157,25 @@ fn profiles_become_a_measured_part() {
     let played = run(["simulate".as_ref(), "--session".as_ref(), session.as_os_str()]);
     let words = String::from_utf8_lossy(&played.stderr).into_owned();
     assert!(words.contains("datagrams of scanner, which cannot be played"), "{words}");
+}
+
+/// Places follow from the angle here by formulas of their own.
+#[test]
+fn a_part_that_turns_under_a_profile_is_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, report, session) = measured_by(folder.path(), (&TURNED, ROTARY), &[]);
+    assert_eq!(code, 0, "{report:#}");
+    let turned = points_of(&TURNED, &[], |steps, x_mm| {
+        let angle_rad = steps / 512.0 * std::f64::consts::TAU;
+        [x_mm * angle_rad.cos(), x_mm * angle_rad.sin()]
+    });
+    assert_same_form(&report, &of_file(folder.path(), &turned));
+    // The cap is a sphere but for the steps of z, which have 0.6 µm.
+    let rms_nm = number(&report, "/form/deviation/rms_nm");
+    assert!(rms_nm < 400.0, "{rms_nm}");
+    assert_eq!(count(&report, "/points/flagged/no_signal"), 64 * 4);
+    let replayed = run(["replay".as_ref(), session.as_os_str(), "--json".as_ref()]);
+    assert_eq!(json(&replayed)["form"], report["form"], "a replay gives the same figures");
 }
 
 #[test]
