@@ -48,6 +48,7 @@ impl Errors {
             Axes::Polar { angle_rad, radius_mm, z_mm } => {
                 self.true_polar(angle_rad, radius_mm, z_mm)
             }
+            Axes::Turned { .. } => unreachable!("no simulated machine has such axes"),
         }
     }
 }
