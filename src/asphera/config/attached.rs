@@ -31,11 +31,12 @@ pub(super) fn text_of(
     None
 }
 
-/// The configuration with the text of a file beside its name in a table.
+/// The configuration with the text of a file beside its name in a table, which may lie in others: `kinematics.x`.
 pub(super) fn embedded(text: &str, table: &str, key: &str, content: &str) -> String {
     let Ok(mut document) = DocumentMut::from_str(text) else { return text.to_owned() };
-    let table = document.get_mut(table).and_then(|table| table.as_table_like_mut());
-    if let Some(table) = table {
+    let whole = Some(document.as_item_mut());
+    let item = table.split('.').fold(whole, |item, name| item?.get_mut(name));
+    if let Some(table) = item.and_then(|item| item.as_table_like_mut()) {
         table.insert(&kept(key), toml_edit::value(content));
     }
     document.to_string()

@@ -6,6 +6,7 @@ mod attached;
 mod calibration;
 mod contour;
 mod devices;
+mod error_table;
 mod line;
 mod links;
 mod motion;
@@ -31,6 +32,7 @@ use toml_edit::{DocumentMut, Item};
 pub use asphera_settings::{Problem, Problems};
 pub use devices::DeviceConfig;
 pub(crate) use devices::proposals;
+use error_table::ErrorTables;
 pub use links::LinkConfig;
 pub use motion::SyncConfig;
 pub use output::OutputConfig;
@@ -291,15 +293,9 @@ fn read_root(
     // A device that cannot be used would make every mention of it a problem of its own.
     let usable = devices.iter().all(Option::is_some);
     let devices: Vec<DeviceConfig> = devices.into_iter().flatten().collect();
-
-    let (sync_table, kinematics_table) = (root.section("sync"), root.section("kinematics"));
-    let mut sync = if usable { motion::sync(&sync_table, &devices) } else { None };
-    let kinematics =
-        if usable { motion::kinematics(&kinematics_table, sync.as_ref(), &devices) } else { None };
-
-    if let Some(time) = sync.as_mut().and_then(|sync| sync.time.as_mut()) {
-        time.turning = kinematics.as_ref().and_then(Kinematics::turning);
-    }
+    let tables = ErrorTables::new(folders.station);
+    let (sync, kinematics) = points(root, usable.then_some(&devices), &tables);
+    let text = &tables.embedded(text);
 
     let along = projection::read(&root.section("projection"));
 
@@ -314,12 +310,7 @@ fn read_root(
     let known = sync.as_ref().zip(kinematics.as_ref()).zip(part.as_ref());
     let (end, scan, program) = scan(&root.section("scan"), known, &devices);
 
-    let session = root.section("session");
-    let recordings = PathBuf::from(session.or("dir", "recordings".to_owned()));
-    let recording = recording(&session);
-    let records_points = session.or("points", true);
-    session.finish();
-
+    let (recordings, recording, records_points) = session(&root.section("session"));
     let output = output::read(&root.section("output"));
     let (contour, text) = contour::read(&root.section("contour"), folders.station, text);
     let (parts, text) = parts::read(&root.section("parts"), folders.station, &text);
@@ -355,6 +346,22 @@ fn read_root(
         parts,
         text,
     })
+}
+
+/// How readings are joined, and how they make points; nothing of both without devices.
+fn points(
+    root: &Section<'_>,
+    devices: Option<&Vec<DeviceConfig>>,
+    tables: &ErrorTables<'_>,
+) -> (Option<SyncConfig>, Option<Kinematics>) {
+    let (sync, kinematics) = (root.section("sync"), root.section("kinematics"));
+    let Some(devices) = devices else { return (None, None) };
+    let mut sync = motion::sync(&sync, devices);
+    let kinematics = motion::kinematics(&kinematics, sync.as_ref(), devices, tables);
+    if let Some(time) = sync.as_mut().and_then(|sync| sync.time.as_mut()) {
+        time.turning = kinematics.as_ref().and_then(Kinematics::turning);
+    }
+    (sync, kinematics)
 }
 
 /// The part of the table `nominal`, or of the file it names.
@@ -515,6 +522,15 @@ fn check_name(kind: &str, name: &str, root: &Section<'_>) {
     if name.is_empty() || name.chars().any(char::is_control) {
         root.section(kind).problem(name, "a name of printable characters", format!("{name:?}"));
     }
+}
+
+/// Folder of the recordings, how they are written, and whether points stand in them.
+fn session(table: &Section<'_>) -> (PathBuf, session::Settings, bool) {
+    let recordings = PathBuf::from(table.or("dir", "recordings".to_owned()));
+    let settings = recording(table);
+    let records_points = table.or("points", true);
+    table.finish();
+    (recordings, settings, records_points)
 }
 
 fn recording(table: &Section<'_>) -> session::Settings {

@@ -1,12 +1,14 @@
 //! The tables `sync` and `kinematics`: which readings belong together, and what point they make.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 use std::time::Duration;
 
 use asphera_link::Unit;
 use asphera_settings::Section;
 
 use super::devices::DeviceConfig;
+use super::error_table::ErrorTables;
 use super::line;
 use super::time::{self, TimeConfig};
 use crate::station::{Axis, Kinematics, Source, SyncSettings};
@@ -99,6 +101,7 @@ pub(super) fn kinematics(
     table: &Section<'_>,
     sync: Option<&SyncConfig>,
     devices: &[DeviceConfig],
+    tables: &ErrorTables<'_>,
 ) -> Option<Kinematics> {
     #[derive(Clone, Copy)]
     enum Kind {
@@ -117,9 +120,14 @@ pub(super) fn kinematics(
             table.problem(name, "a table with device and channel", "nothing");
             return None;
         }
+        let errors = tables.read(&section, name, rotary);
         let axis = axis(&section, rotary, sync?, devices);
+        if axis.as_ref().is_some_and(|axis| axis.source.is_none()) && errors.is_some() {
+            let expected = "no such key, or an axis that moves";
+            section.problem("error_table", expected, "an axis that stands still");
+        }
         section.finish();
-        axis
+        Some(Axis { errors: errors.map(Arc::new), ..axis? })
     };
     let kinematics = match kind {
         Kind::Polar => {
@@ -155,7 +163,7 @@ fn axis(
 ) -> Option<Axis> {
     let constant_key = if rotary { "constant_rad" } else { "constant_mm" };
     if let Some(offset) = table.get(constant_key) {
-        return Some(Axis { source: None, scale: 1.0, offset });
+        return Some(Axis { source: None, scale: 1.0, offset, errors: None });
     }
     // Read before anything can be wrong, so that they do not seem unknown.
     let offset = table.or(if rotary { "offset_rad" } else { "offset_mm" }, 0.0);
@@ -203,7 +211,8 @@ fn axis(
         table.problem("channel", "a scale other than 0", scale);
         return None;
     }
-    Some(Axis { source: Some(Source { stream, channel }), scale: scale * reverse, offset })
+    let source = Some(Source { stream, channel });
+    Some(Axis { source, scale: scale * reverse, offset, errors: None })
 }
 
 /// Which of these keys a channel has depends on its unit: of an unknown channel none is a mistake.

@@ -5,6 +5,7 @@ use std::fs;
 use super::*;
 
 mod can_links;
+mod corrections;
 mod file_links;
 mod line_scanners;
 mod scan;

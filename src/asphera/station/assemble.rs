@@ -66,7 +66,7 @@ fn join(config: &Config) -> JoinSettings {
     let axes = config.kinematics.axes().into_iter();
     let coordinates = axes.filter_map(|axis| {
         let Source { stream, channel } = axis.source?;
-        let turn = if Some(axis) == time.turning { TAU / axis.scale.abs() } else { 0.0 };
+        let turn = if Some(&axis) == time.turning.as_ref() { TAU / axis.scale.abs() } else { 0.0 };
         Some(Coordinate { stream, channel, turn })
     });
     JoinSettings::Time {

@@ -1,6 +1,8 @@
 //! From joined readings to points in the part frame.
 
-use asphera_calibrate::{Axes, Correction, Machine};
+use std::sync::Arc;
+
+use asphera_calibrate::{Axes, AxisErrors, Correction, Machine};
 use asphera_clocks::Spread;
 use asphera_link::{Flags, Nanos};
 
@@ -62,7 +64,7 @@ impl Point {
 const UNUSABLE: Flags = Flags::all().difference(Flags::TRIGGER_LOST.union(Flags::DELAYED));
 
 /// One axis: which channel moves it and what the channel's value is worth.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
     /// Channel that moves it; `None` for one that stands still at its offset.
     pub source: Option<Source>,
@@ -70,6 +72,8 @@ pub struct Axis {
     pub scale: f64,
     /// mm (or rad) added after scaling.
     pub offset: f64,
+    /// Errors along the axis, which are taken out after that.
+    pub errors: Option<Arc<AxisErrors>>,
 }
 
 /// A channel of a synchronized device.
@@ -143,11 +147,12 @@ impl Kinematics {
 
     /// The axes, in no particular order.
     pub fn axes(&self) -> Vec<Axis> {
-        match *self {
+        let axes = match self {
             Kinematics::Cartesian { x, y, z } => vec![x, y, z],
             Kinematics::Polar { rotary, radial, probe } => vec![rotary, radial, probe],
             Kinematics::Line(profiler) => vec![profiler.carriage.axis()],
-        }
+        };
+        axes.into_iter().cloned().collect()
     }
 
     /// Whether a record is one point, so that points are counted by triggers.
@@ -199,7 +204,7 @@ impl Kinematics {
         match self {
             Kinematics::Polar { rotary, .. }
             | Kinematics::Line(Profiler { carriage: Carriage::Turning { rotary, .. }, .. }) => {
-                Some(*rotary)
+                Some(rotary.clone())
             }
             Kinematics::Cartesian { .. } | Kinematics::Line(_) => None,
         }
@@ -240,12 +245,21 @@ impl Axis {
         };
         *flags |= reading.flags;
         match reading.values.get(channel) {
-            Some(value) => value * self.scale + self.offset,
+            Some(value) => self.corrected(value * self.scale + self.offset, flags),
             None => {
                 *flags |= Flags::NO_SIGNAL;
                 0.0
             }
         }
+    }
+
+    /// The place without the error of the axis; one that its table does not reach is flagged.
+    fn corrected(&self, place: f64, flags: &mut Flags) -> f64 {
+        let Some(errors) = &self.errors else { return place };
+        errors.corrected(place).unwrap_or_else(|| {
+            *flags |= Flags::OUT_OF_RANGE;
+            place
+        })
     }
 }
 
@@ -274,7 +288,7 @@ mod tests {
     }
 
     fn axis(stream: usize, channel: usize, scale: f64, offset: f64) -> Axis {
-        Axis { source: Some(Source { stream, channel }), scale, offset }
+        Axis { source: Some(Source { stream, channel }), scale, offset, errors: None }
     }
 
     fn record(readings: Vec<Option<Reading>>) -> Record {
@@ -326,7 +340,7 @@ mod tests {
     fn an_axis_that_stands_still_needs_no_reading() {
         let profile = Kinematics::Cartesian {
             x: axis(0, 0, 1.0, 0.0),
-            y: Axis { source: None, scale: 1.0, offset: 4.0 },
+            y: Axis { source: None, ..axis(0, 0, 1.0, 4.0) },
             z: axis(0, 1, 1.0, 0.0),
         };
         let point =
@@ -349,19 +363,43 @@ mod tests {
 
     #[test]
     fn a_line_tells_which_axis_may_have_stood_still() {
-        let moved =
-            |channel| Axis { source: Some(Source { stream: 0, channel }), scale: 1.0, offset: 0.0 };
-        let still = Axis { source: None, ..moved(0) };
+        let moved = |channel| axis(0, channel, 1.0, 0.0);
+        let still = || Axis { source: None, ..moved(0) };
         let stage = |x, y| Kinematics::Cartesian { x, y, z: moved(2) };
         let both = stage(moved(0), moved(1));
         assert_eq!(both.stood_still(179.99), Some(("y", "constant_mm")));
         assert_eq!(both.stood_still(-90.0), Some(("x", "constant_mm")));
         assert_eq!(both.stood_still(30.0), None);
-        assert_eq!(stage(moved(0), still).stood_still(0.0), None);
-        assert_eq!(stage(still, moved(0)).stood_still(90.0), None);
+        assert_eq!(stage(moved(0), still()).stood_still(0.0), None);
+        assert_eq!(stage(still(), moved(0)).stood_still(90.0), None);
         let polar = |rotary| Kinematics::Polar { rotary, radial: moved(1), probe: moved(2) };
         assert_eq!(polar(moved(0)).stood_still(30.0), Some(("rotary", "constant_rad")));
-        assert_eq!(polar(still).stood_still(30.0), None);
+        assert_eq!(polar(still()).stood_still(30.0), None);
+    }
+
+    /// An axis that indicates 10 µm too much at 2 mm is 1.99 mm along; what its table does not reach is flagged.
+    #[test]
+    fn errors_of_an_axis_are_taken_out_and_places_off_its_table_flagged() {
+        let errors = AxisErrors::linear(vec![[0.0, 0.0], [4.0, 0.02]]).unwrap();
+        let x = Axis { errors: Some(Arc::new(errors)), ..axis(0, 0, 1e-3, 1.0) };
+        let table = AxisErrors::rotary(vec![[0.0, 0.0], [1.0, 1e-4]]).unwrap();
+        let rotary = Axis { errors: Some(Arc::new(table)), ..axis(0, 0, 1e-3, 1.0) };
+        let cartesian =
+            Kinematics::Cartesian { x, y: axis(0, 1, 1.0, 0.0), z: axis(0, 2, 1.0, 0.0) };
+        let at = |kinematics: &Kinematics, channel: f64| {
+            let values = [Some(channel), Some(5.0), Some(6.0)];
+            point(kinematics, &record(vec![reading(&values, Flags::empty())]))
+        };
+        assert_eq!(at(&cartesian, 1000.0).position_mm, [1.99, 5.0, 6.0]);
+        assert!(at(&cartesian, 1000.0).is_good());
+        assert_eq!(at(&cartesian, 3500.0).flags, Flags::OUT_OF_RANGE);
+        assert_eq!(at(&cartesian, 3500.0).position_mm, [4.5, 5.0, 6.0]);
+        let polar =
+            Kinematics::Polar { rotary, radial: axis(0, 1, 1.0, 0.0), probe: axis(0, 2, 1.0, 0.0) };
+        let [x, y, _] = at(&polar, -500.0).position_mm;
+        assert!((x - 5.0 * (0.5_f64 - 5e-5).cos()).abs() < 1e-15);
+        assert!((y - 5.0 * (0.5_f64 - 5e-5).sin()).abs() < 1e-15);
+        assert_eq!(at(&polar, 500.0).flags, Flags::OUT_OF_RANGE);
     }
 
     #[test]

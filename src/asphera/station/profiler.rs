@@ -18,7 +18,7 @@ use super::synchronizer::Record;
 /// ```
 ///
 /// R(θ) turns about z, counter-clockwise seen from +z.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Profiler {
     /// Stream of the synchronizer whose readings have the profiles.
     pub stream: usize,
@@ -34,7 +34,7 @@ pub struct Profiler {
 }
 
 /// Axis by which a laser line gets over the part.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Carriage {
     /// Linear axis along y, mm.
     Linear(Axis),
@@ -60,8 +60,8 @@ pub enum ProfileDirection {
 
 impl Carriage {
     /// The axis itself.
-    pub(super) fn axis(&self) -> Axis {
-        match *self {
+    pub(super) fn axis(&self) -> &Axis {
+        match self {
             Carriage::Linear(axis) | Carriage::Turning { rotary: axis, .. } => axis,
         }
     }
@@ -165,6 +165,7 @@ mod tests {
                 source: Some(Source { stream: 0, channel: 0 }),
                 scale: 0.05,
                 offset: -10.0,
+                errors: None,
             }),
             skew_rad: skew_deg.to_radians(),
         }
@@ -216,7 +217,7 @@ mod tests {
     #[test]
     fn a_stage_with_a_count_of_its_own_gives_the_place() {
         let source = Some(Source { stream: 1, channel: 0 });
-        let carriage = Carriage::Linear(Axis { source, ..profiler(0.0).carriage.axis() });
+        let carriage = Carriage::Linear(Axis { source, ..profiler(0.0).carriage.axis().clone() });
         let profiler = Profiler { carriage, ..profiler(0.0) };
         let mut record = record(Some(1e6), &[Some([1.0, 1.0]); 2], Flags::empty());
         record.readings.push(Some(Reading {
@@ -226,7 +227,7 @@ mod tests {
             values: [Some(100.0)].into_iter().collect(),
             flags: Flags::empty(),
         }));
-        assert!(points(profiler, &record).iter().all(|point| point.position_mm[1] == -5.0));
+        assert!(points(profiler.clone(), &record).iter().all(|point| point.position_mm[1] == -5.0));
         record.readings[1] = None;
         assert!(points(profiler, &record).iter().all(|point| point.flags == Flags::UNJOINED));
     }

@@ -54,10 +54,10 @@ fn a_line_scanner_has_one_axis_linear_or_rotary() {
     let text = read(&project("examples/shaft-scanner.toml")).unwrap();
     let plain = Config::parse("shaft.toml", &text).unwrap();
     let Kinematics::Line(profiler) = &plain.kinematics else { panic!("{:?}", plain.kinematics) };
-    let Carriage::Turning { rotary, profile, tangential_mm } = profiler.carriage else {
+    let Carriage::Turning { rotary, profile, tangential_mm } = &profiler.carriage else {
         panic!("{profiler:?}")
     };
-    assert_eq!((profile, tangential_mm), (ProfileDirection::Axial, 0.0));
+    assert_eq!((*profile, *tangential_mm), (ProfileDirection::Axial, 0.0));
     assert_eq!(rotary.scale, std::f64::consts::TAU / 36_000.0);
     let rotary =
         "rotary = { device = \"profiler\", channel = \"encoder\", counts_per_turn = 36000 }";
@@ -80,7 +80,8 @@ fn a_line_scanner_has_one_axis_linear_or_rotary() {
         let problems = Config::parse("shaft.toml", &text.replace(from, to)).unwrap_err();
         let mut found: Vec<_> = problems.0.iter().map(|problem| problem.key.as_str()).collect();
         let mut keys = keys.to_vec();
-        (found.sort_unstable(), keys.sort_unstable());
+        found.sort_unstable();
+        keys.sort_unstable();
         assert_eq!(found, keys, "{to}: {problems}");
     }
 }

@@ -78,7 +78,12 @@ fn bench_of(end: EndSettings, program: Option<usize>) -> Bench {
         let device = (name.to_owned(), Alive::boxed(name.as_bytes()[0]));
         Line::new(name.to_owned(), Framing::Raw, vec![device])
     };
-    let axis = Axis { source: Some(Source { stream: 0, channel: 0 }), scale: 1.0, offset: 0.0 };
+    let axis = Axis {
+        source: Some(Source { stream: 0, channel: 0 }),
+        scale: 1.0,
+        offset: 0.0,
+        errors: None,
+    };
     let mut bench = Bench::new(BenchSettings {
         lines: vec![line("p"), line("c")],
         streams: vec![(0, 0), (1, 0)],
@@ -86,7 +91,7 @@ fn bench_of(end: EndSettings, program: Option<usize>) -> Bench {
             settings: SyncSettings { wait: SECOND, capacity: 100, paced: true },
             clocks: Vec::new(),
         },
-        kinematics: Kinematics::Cartesian { x: axis, y: axis, z: axis },
+        kinematics: Kinematics::Cartesian { x: axis.clone(), y: axis.clone(), z: axis },
         calibration: None,
         end,
         scan: None,

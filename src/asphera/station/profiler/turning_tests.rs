@@ -31,6 +31,7 @@ impl Bench {
             source: Some(Source { stream: 0, channel: 0 }),
             scale: TAU / COUNTS,
             offset: 0.25,
+            errors: None,
         };
         let (profile, tangential_mm) = (self.profile, self.tangential_mm);
         Kinematics::Line(Profiler {
@@ -202,5 +203,5 @@ fn a_calibration_of_a_polar_machine_corrects_it_and_a_linear_one_does_not() {
 fn a_part_that_did_not_turn_is_named() {
     let turning = upright(ProfileDirection::Radial).kinematics();
     assert_eq!(turning.stood_still(12.0), Some(("rotary", "constant_rad")));
-    assert_eq!(turning.turning(), Some(turning.axes()[0]));
+    assert_eq!(turning.turning(), Some(turning.axes()[0].clone()));
 }
