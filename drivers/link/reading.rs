@@ -154,6 +154,8 @@ bitflags! {
         const UNCERTAIN_PLACE = 1 << 13;
         /// Not on a line or at a stop of the scan's plan, or nearer to the last point than it has points.
         const OFF_PLAN = 1 << 14;
+        /// The temperature that its expansion needs is not known, or not since long.
+        const NO_TEMPERATURE = 1 << 15;
     }
 }
 
@@ -176,6 +178,7 @@ impl Flags {
             Flags::CONFLICT => "conflict",
             Flags::UNCERTAIN_PLACE => "uncertain_place",
             Flags::OFF_PLAN => "off_plan",
+            Flags::NO_TEMPERATURE => "no_temperature",
             _ => "unnamed",
         })
     }
