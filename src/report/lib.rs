@@ -73,7 +73,9 @@ pub use prospect::{Outlook, ProspectFigures, ProspectState};
 pub use reading::{ColumnFigures, ReadingFigures};
 pub use reconstruction::{BorderFigures, ReconstructionFigures};
 pub use refusal::Refusal;
-pub use report::{CalibrationFigures, Points, REPORT_FORMAT, Report, SessionFigures, Timing};
+pub use report::{
+    CalibrationFigures, Points, REPORT_FORMAT, Report, SessionFigures, ThermalFigures, Timing,
+};
 pub use sampling::{CurrentFigures, NextFigures, PolygonFigures, SamplingFigures};
 pub use scan::ScanFigures;
 pub use section::{

@@ -107,6 +107,24 @@ pub struct SessionFigures {
     /// How well places are known; absent where readings are joined by count.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub places: Option<PlaceFigures>,
+    /// Thermal expansion that was taken out of its points; absent where there was none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thermal: Option<ThermalFigures>,
+}
+
+/// Thermal expansion that was taken out of the good points of a session.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ThermalFigures {
+    /// Lowest and highest temperature of the part, °C; absent where it was taken to be at 20 °C.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part_degc: Option<[f64; 2]>,
+    /// Lowest and highest temperature of the scales of the machine, °C; absent where they were taken to be at 20 °C.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scales_degc: Option<[f64; 2]>,
+    /// Smallest and largest relative change of lengths, µm/m; negative where they became shorter.
+    pub lengths_um_per_m: [f64; 2],
+    /// Largest relative standard uncertainty of lengths by it, µm/m. It is common to all points, and figures do not count it.
+    pub u_um_per_m: f64,
 }
 
 /// A calibration of a machine.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Chapter, ChapterId, Fact, Layout, Table};
 use crate::words::{count, counted, short};
-use crate::{DeviceFigures, LinkFigures, SessionFigures};
+use crate::{DeviceFigures, LinkFigures, SessionFigures, ThermalFigures};
 
 /// Readings of each device and bytes of each link, delivered and lost. The summary has only what was lost.
 pub(super) fn chapter(links: &[LinkFigures]) -> Chapter {
@@ -135,6 +135,24 @@ fn to_the_second(instant: &str) -> String {
     }
 }
 
+/// Change of lengths, temperatures and uncertainty of the thermal expansion.
+fn at_20(thermal: &ThermalFigures) -> String {
+    let range = |[low, high]: [f64; 2]| match (short(low), short(high)) {
+        (low, high) if low == high => low,
+        (low, high) => format!("{low} to {high}"),
+    };
+    let body = |name: &str, degc: Option<[f64; 2]>| {
+        degc.map(|degc| format!(", {name} at {} °C", range(degc))).unwrap_or_default()
+    };
+    format!(
+        "changed by {} µm/m{}{}; u {} µm/m, which figures do not count",
+        range(thermal.lengths_um_per_m),
+        body("part", thermal.part_degc),
+        body("scales", thermal.scales_degc),
+        short(thermal.u_um_per_m)
+    )
+}
+
 /// Session, part and operator.
 pub(super) fn session(session: &SessionFigures) -> Chapter {
     let mut chapter = Chapter::new(ChapterId::Session, "Session");
@@ -159,6 +177,9 @@ pub(super) fn session(session: &SessionFigures) -> Chapter {
             format!("u up to {} µm, RMS {} µm", short(places.largest_um), short(places.rms_um));
         Fact::new("Places joined by time", words)
     }));
+    facts.extend(
+        session.thermal.as_ref().map(|thermal| Fact::new("Lengths at 20 °C", at_20(thermal))),
+    );
     chapter.facts(facts);
     chapter
 }
