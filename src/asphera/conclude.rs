@@ -53,6 +53,7 @@ impl Outcome {
             session: SessionFigures {
                 calibration: bench.calibration().map(CalibrationFile::figures),
                 places: bench.places(),
+                thermal: bench.thermal(),
                 ..session
             },
             kinematics: bench.kinematics().clone(),
@@ -193,6 +194,7 @@ pub fn session_figures(header: &Header, ended: &str) -> SessionFigures {
         label: header.label.clone(),
         calibration: None,
         places: None,
+        thermal: None,
     }
 }
 

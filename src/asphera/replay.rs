@@ -83,6 +83,9 @@ impl Playback {
         self.config.kinematics =
             self.config.kinematics.bare().ok_or(ReplayError::NoBareReadings)?;
         self.config.calibration = None;
+        if let Some(thermal) = self.config.thermal.as_mut() {
+            thermal.starts_with_angle = machine == Machine::Polar;
+        }
         self.config.contour = None;
         self.config.parts = None;
         self.bench = assemble(&self.config)?;

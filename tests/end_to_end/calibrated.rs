@@ -46,13 +46,23 @@ step_nm = 1
 /// Measures the ball with a station whose axis y counts 0.1 mm too much a metre, and with these lines in its configuration.
 /// The configuration lies in `folder`.
 async fn measured(folder: &Path, lines: &str) -> Result<Arc<Finished>, String> {
-    let scene = Scene::parse("ball", BALL).unwrap().with_speed(asphera_rig::Speed::Max);
+    measured_of(folder, BALL, "1.0001", lines).await
+}
+
+/// The same of any scene under an XY stage, whose axis y has this scale.
+async fn measured_of(
+    folder: &Path,
+    scene: &str,
+    scale: &str,
+    lines: &str,
+) -> Result<Arc<Finished>, String> {
+    let scene = Scene::parse("ball", scene).unwrap().with_speed(asphera_rig::Speed::Max);
     let rig = Rig::start(scene, &folder.join("ports")).await.unwrap();
     let options =
         StationOptions { recordings: folder.to_owned(), listen: ([127, 0, 0, 1], 0).into() };
     let text = rig.station_toml(&options);
     let y = text.lines().find(|line| line.starts_with("y = ")).unwrap();
-    let wrong = y.replace(" }", ", scale = 1.0001 }");
+    let wrong = y.replace(" }", &format!(", scale = {scale} }}"));
     assert_ne!(y, wrong);
     let text = format!("{}\n{lines}\n", text.replace(y, &wrong));
     let path = folder.join("station.toml");
@@ -125,4 +135,45 @@ async fn a_ball_tells_the_error_of_an_axis_and_later_parts_are_without_it() {
     let refused = measured(folder.path(), "[calibration]\nfile = \"calibration.toml\"").await;
     let message = refused.err().unwrap();
     assert!(message.contains("was valid for 90 days, until 2020-03-31T00:00:00Z"), "{message}");
+}
+
+/// The thermometer of the bench says 30 °C, so a ball of 20 mm is one of 20 mm / 1.001 at 20 °C. Held against 20 mm the machine then
+/// measures 1000 µm too little a metre, along every axis.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_warm_part_is_measured_as_it_is_at_20_degc_and_so_is_the_ball_of_a_calibration() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = format!(
+        "{BALL}\n[thermal]\nunit_id = 1\nmean_degc = 30.0\namplitude_degc = 0.0\nperiod_s = 600.0\n"
+    );
+    let lines = "[thermal]\npart = { device = \"thermal\", channel = \"part\", expansion_um_per_m_k = 100, \
+                 u_expansion_um_per_m_k = 0.5, u_k = 0.02 }";
+    let warm = measured_of(folder.path(), &scene, "1.0", lines).await.unwrap();
+    let report = &warm.measurement.report;
+    // The primary waited for the thermometer.
+    assert_eq!((report.points.received, report.points.used), (6400, 6400));
+    let thermal = report.session.as_ref().unwrap().thermal.clone().unwrap();
+    assert_eq!((thermal.part_degc, thermal.scales_degc), (Some([30.0, 30.0]), None));
+    let [least, most] = thermal.lengths_um_per_m;
+    assert!((least + 1e6 / 1001.0).abs() < 1e-6 && least == most, "{thermal:?}");
+    assert!((thermal.u_um_per_m - 5.0_f64.hypot(2.0)).abs() < 1e-9, "{thermal:?}");
+    let recording = warm.recording.clone().unwrap();
+    let mut replayed = replay(&recording, |_| {}).unwrap().report;
+    replayed.timing = report.timing.clone();
+    assert_eq!(&replayed, report);
+    let recording = recording.to_str().unwrap();
+    let parameters = "scale_x,scale_y,scale_z";
+    let found = json(&run([
+        "calibrate",
+        recording,
+        "--sphere",
+        "20",
+        "--parameters",
+        parameters,
+        "--json",
+    ]));
+    for index in 0..3 {
+        let value = number(&found, &format!("/parameters/{index}/value"));
+        let u = number(&found, &format!("/parameters/{index}/u"));
+        assert!((value - 1000.0).abs() < 5.0 * u + 1.0 && u < 60.0, "{found:#}");
+    }
 }

@@ -14,6 +14,7 @@ mod output;
 mod parts;
 mod projection;
 mod scan;
+mod thermal;
 mod time;
 
 use std::collections::BTreeMap;
@@ -42,7 +43,7 @@ use crate::calibration::CalibrationFile;
 use crate::contour::ContourPlan;
 use crate::parts::PartsPlan;
 use crate::session;
-use crate::station::{EndSettings, Framing, Kinematics, ScanPlan};
+use crate::station::{EndSettings, Framing, Kinematics, ScanPlan, ThermalSettings};
 
 /// The kind of file that configurations and nominals are.
 pub(crate) const TOML: &str = "a TOML file in UTF-8";
@@ -62,6 +63,8 @@ pub struct Config {
     pub kinematics: Kinematics,
     /// Errors of the machine, which are taken out of its points.
     pub calibration: Option<CalibrationFile>,
+    /// Thermal expansion of the part and of the scales, which is taken out after that.
+    pub thermal: Option<ThermalSettings>,
     /// Along which direction the points are projected for their mesh.
     pub along: Along,
     /// Design of the part.
@@ -296,6 +299,7 @@ fn read_root(
     let tables = ErrorTables::new(folders.station);
     let (sync, kinematics) = points(root, usable.then_some(&devices), &tables);
     let text = &tables.embedded(text);
+    let thermal = thermal::read(&root.section("thermal"), usable.then_some(&devices));
 
     let along = projection::read(&root.section("projection"));
 
@@ -330,6 +334,7 @@ fn read_root(
         sync: sync?,
         kinematics: kinematics?,
         calibration,
+        thermal,
         along: along?,
         part: part?,
         end,

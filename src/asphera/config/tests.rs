@@ -205,7 +205,15 @@ const ALTERNATIVES: &[&str] = &[
     "strip_mm = 3",
     "min_points = 20",
     "library = \"library\"",
+    // Keys of the table of thermal expansion.
+    "stale_s = 60",
+    "range_degc = [10, 40]",
+    THERMAL_PART,
+    THERMAL_SCALES,
 ];
+
+const THERMAL_PART: &str = "part = { device = \"thermal\", channel = \"part\", expansion_um_per_m_k = 7.1, u_expansion_um_per_m_k = 0.3, u_k = 0.1 }";
+const THERMAL_SCALES: &str = "scales = { constant_degc = 20.5, expansion_um_per_m_k = 8, u_expansion_um_per_m_k = 0.5, u_k = 0.2 }";
 
 #[test]
 fn every_example_is_valid_and_keeps_its_nominal_in_the_effective_text() {

@@ -10,6 +10,7 @@ use super::bench::{Bench, BenchSettings};
 use super::joiner::JoinSettings;
 use super::kinematics::Source;
 use super::line::Line;
+use super::thermal::Thermal;
 use crate::config::{Config, SyncConfig};
 
 /// A driver refused its settings.
@@ -50,6 +51,7 @@ pub fn assemble(config: &Config) -> Result<Bench, AssembleError> {
         join: join(config),
         kinematics: config.kinematics.clone(),
         calibration: config.calibration.clone(),
+        thermal: config.thermal.clone().map(|settings| Thermal::new(settings, places)),
         end: config.end,
         scan: config.scan.clone(),
         program: config.program,

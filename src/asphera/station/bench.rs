@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use asphera_link::{Command, Motion, Nanos};
-use asphera_report::{LinkFigures, PlaceFigures};
+use asphera_report::{LinkFigures, PlaceFigures, ThermalFigures};
 
 use super::hold_up::Patience;
 use super::joiner::{JoinSettings, Joiner};
@@ -16,6 +16,7 @@ use super::line::{Effect, Line};
 use super::places::{Places, clock_figures};
 use super::scan::{ArmError, PlanScanner, ProgramScanner, ScanDecision, ScanPlan, Scanner};
 use super::synchronizer::Record;
+use super::thermal::Thermal;
 use crate::calibration::CalibrationFile;
 
 /// How a station is put together.
@@ -30,6 +31,8 @@ pub struct BenchSettings {
     pub kinematics: Kinematics,
     /// Errors of the machine, which are taken out of its points.
     pub calibration: Option<CalibrationFile>,
+    /// Thermal expansion, which is taken out after that.
+    pub thermal: Option<Thermal>,
     /// When the scan is over.
     pub end: EndSettings,
     /// Plan by which the station drives the scan; `None`: something else does.
@@ -132,6 +135,7 @@ pub struct Bench {
     places: Places,
     kinematics: Kinematics,
     calibration: Option<CalibrationFile>,
+    thermal: Option<Thermal>,
     end: EndSettings,
     scanner: Option<Box<dyn Scanner>>,
     now: Nanos,
@@ -165,6 +169,7 @@ impl Bench {
             streams: settings.streams,
             kinematics: settings.kinematics,
             calibration: settings.calibration,
+            thermal: settings.thermal,
             end: settings.end,
             now: Nanos::ZERO,
             primary_held: None,
@@ -273,7 +278,7 @@ impl Bench {
     ///
     /// The primary is started last, when its companions are ready: its first reading then finds them so,
     /// whichever link is read first, and what they send from then on is known to be of the first cycle of
-    /// their counts. A companion that is not there holds it back for 5 s at most.
+    /// their counts. A companion that is not there holds it back for 5 s at most, and so does a temperature that is not known.
     pub fn command(&mut self, now: Nanos, command: Command) {
         self.advance(now);
         self.started = (command == Command::Start).then_some(now);
@@ -533,6 +538,9 @@ impl Bench {
                 Effect::Confirm => self.actions.push_back(Action::Confirm { line }),
                 Effect::Reopen { epoch } => self.actions.push_back(Action::Reopen { line, epoch }),
                 Effect::Reading { device, reading } => {
+                    if let Some(thermal) = &mut self.thermal {
+                        thermal.take(line, device, &reading);
+                    }
                     if let Some(stream) = self.stream(line, device) {
                         if stream == 0 {
                             self.last_primary = Some(reading.host);
@@ -576,8 +584,10 @@ impl Bench {
         }
     }
 
+    /// Whether the primary may start: its companions are ready, and temperatures are known.
     fn companions_ready(&self) -> bool {
-        self.streams.iter().skip(1).all(|(line, device)| self.lines[*line].is_ready(*device))
+        self.thermal.as_ref().is_none_or(Thermal::is_ready)
+            && self.streams.iter().skip(1).all(|(line, device)| self.lines[*line].is_ready(*device))
     }
 
     /// Starts the device that was left out when all were told to.
@@ -598,11 +608,19 @@ impl Bench {
             let correction = self.calibration.as_ref().map(CalibrationFile::correction);
             let first = self.points.len();
             self.kinematics.points(&record, correction, &mut self.points);
+            if let Some(thermal) = &mut self.thermal {
+                self.points[first..].iter_mut().for_each(|point| thermal.apply(point));
+            }
             self.points[first..].iter_mut().for_each(|point| self.places.judge(point));
             if let Some(scanner) = &mut self.scanner {
                 self.points[first..].iter_mut().for_each(|point| scanner.judge(point));
             }
         }
+    }
+
+    /// Thermal expansion that was taken out of good points; `None` where there is no table of it, or no good point.
+    pub fn thermal(&self) -> Option<ThermalFigures> {
+        self.thermal.as_ref().and_then(Thermal::figures)
     }
 
     /// How well places are known that were joined by time; `None` where they were joined by count, or none is good.

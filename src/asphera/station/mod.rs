@@ -15,6 +15,7 @@ mod profiler;
 mod rate;
 mod scan;
 mod synchronizer;
+mod thermal;
 mod unwrap;
 
 pub use assemble::{AssembleError, assemble};
@@ -26,3 +27,4 @@ pub use line::Line;
 pub use profiler::{Carriage, ProfileDirection, Profiler, Scaling};
 pub use scan::{AdaptivePlan, ArmError, Order, ScanAxis, ScanDecision, ScanPlan, Scanner, Stroke};
 pub use synchronizer::{Record, StreamCounts, SyncSettings, Synchronizer};
+pub use thermal::{Expansion, Temperature, Thermal, ThermalSettings};

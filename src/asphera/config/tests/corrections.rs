@@ -1,6 +1,7 @@
-//! What is taken out of readings and points: errors of the axes.
+//! What is taken out of readings and points: errors of the axes, thermal expansion.
 
 use super::*;
+use crate::station::Temperature;
 
 const RADIAL: &str = "channel = \"position\", offset_mm = -120.0";
 
@@ -64,4 +65,76 @@ fn mistakes_in_an_error_table_are_named_with_file_and_line() {
     let content = "position[mm],error[nm]\n0,0\n10,1\n";
     let problems = station(radial, still, ("r.csv", content)).unwrap_err();
     assert!(problems.contains("expected no such key, or an axis that moves"), "{problems}");
+}
+
+/// The reference with its table of thermal expansion, a line of it replaced.
+fn with_thermal(from: &str, to: &str) -> Result<Config, Problems> {
+    let text = read(&project("asphera.toml")).unwrap();
+    let at = text.find("# [thermal]").unwrap();
+    let end = at + text[at..].find("\n\n").unwrap();
+    let shown: String = text[at..end]
+        .lines()
+        .map(|line| match line.strip_prefix("# ") {
+            Some(setting) if setting == "[thermal]" || ALTERNATIVES.contains(&setting) => {
+                format!("{setting}\n")
+            }
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    assert!(shown.contains(from), "{from}");
+    let shown = shown.replace(from, to);
+    Config::parse("asphera.toml", &format!("{}{shown}{}", &text[..at], &text[end..]))
+}
+
+#[test]
+fn the_thermal_expansion_of_the_reference_is_known() {
+    let thermal = with_thermal("[thermal]", "[thermal]").unwrap().thermal.unwrap();
+    let part = thermal.part.unwrap();
+    assert_eq!(part.temperature, Temperature::Channel { device: 2, channel: 0 });
+    assert_eq!((part.per_k, part.u_per_k, part.u_k), (7.1 * 1e-6, 0.3 * 1e-6, 0.1));
+    assert_eq!(thermal.scales.unwrap().temperature, Temperature::Constant(20.5));
+    assert_eq!((thermal.stale, thermal.range_degc), (Duration::from_secs(60), (10.0, 40.0)));
+    let one = with_thermal(THERMAL_SCALES, "").unwrap().thermal.unwrap();
+    assert_eq!((one.part, one.scales), (Some(part), None));
+    assert!(Config::load(&project("asphera.toml")).unwrap().thermal.is_none());
+}
+
+#[test]
+fn mistakes_in_the_thermal_expansion_are_named() {
+    for (from, to, key, expected) in [
+        (
+            "device = \"thermal\"",
+            "device = \"probe\"",
+            "part.channel",
+            "a device with a channel in degC, which probe has not",
+        ),
+        (
+            "device = \"thermal\"",
+            "device = \"air\"",
+            "part.device",
+            "one of the devices probe, stage, thermal, or constant_degc",
+        ),
+        (
+            "channel = \"part\"",
+            "channel = \"air\"",
+            "part.channel",
+            "one of the channels in degC part of thermal",
+        ),
+        ("= 7.1", "= 7100", "part.expansion_um_per_m_k", "-50 to 1000"),
+        (", u_k = 0.1", "", "part.u_k", "a finite number"),
+        ("constant_degc = 20.5", "constant_degc = 293.15", "scales.constant_degc", "10 to 40"),
+        ("stale_s = 60", "stale_s = 0", "stale_s", "0.1 to 86400"),
+        ("range_degc = [10, 40]", "range_degc = [40, 10]", "range_degc", "[lowest, highest]"),
+        ("u_expansion_um_per_m_k = 0.5", "u_expansion = 0.5", "scales.u_expansion", "did you mean"),
+    ] {
+        let problems = with_thermal(from, to).unwrap_err();
+        let key = format!("thermal.{key}");
+        let named = problems.0.iter().find(|problem| problem.key == key);
+        assert!(named.is_some_and(|named| named.expected.contains(expected)), "{to}: {problems}");
+    }
+    let text = read(&project("asphera.toml"))
+        .unwrap()
+        .replace("[projection]\n", "[thermal]\n[projection]\n");
+    let problems = Config::parse("asphera.toml", &text).unwrap_err().to_string();
+    assert!(problems.contains("thermal.part: expected a table part or scales"), "{problems}");
 }
