@@ -34,8 +34,8 @@ pub enum ReplayError {
     Assemble(#[from] AssembleError),
     /// Readings of its axes are more than three numbers a point.
     #[error(
-        "expected a session of kind \"cartesian\" or \"polar\", or of a line scanner on a linear axis, found a line scanner over a \
-         part that turns: write its points to a file without [calibration], and give that file with --machine polar"
+        "expected a session of kind \"cartesian\" or \"polar\", or of a part that does not turn, found a line scanner or a tilting probe \
+         over a part that turns: write its points to a file without [calibration], and give that file with --machine polar"
     )]
     NoBareReadings,
 }

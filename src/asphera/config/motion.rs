@@ -10,8 +10,9 @@ use asphera_settings::Section;
 use super::devices::DeviceConfig;
 use super::error_table::ErrorTables;
 use super::line;
+use super::scan::pair_mm;
 use super::time::{self, TimeConfig};
-use crate::station::{Axis, Kinematics, Source, SyncSettings};
+use crate::station::{Axis, Kinematics, Source, SyncSettings, Tilting};
 
 /// Which devices share the trigger.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,8 +109,14 @@ pub(super) fn kinematics(
         Polar,
         Cartesian,
         Line,
+        Tilting,
     }
-    let kinds = [("polar", Kind::Polar), ("cartesian", Kind::Cartesian), ("line", Kind::Line)];
+    let kinds = [
+        ("polar", Kind::Polar),
+        ("cartesian", Kind::Cartesian),
+        ("line", Kind::Line),
+        ("tilting", Kind::Tilting),
+    ];
     let kind = table.required_word("kind", &kinds)?;
     if let Some(sync) = sync.filter(|_| !matches!(kind, Kind::Line)) {
         line::refuse_profiles(table, sync, devices);
@@ -144,6 +151,7 @@ pub(super) fn kinematics(
             x.zip(y).zip(z).map(|((x, y), z)| Kinematics::Cartesian { x, y, z })
         }
         Kind::Line => line::read(table, sync, devices, &axis).map(Kinematics::Line),
+        Kind::Tilting => tilting(table, &axis).map(Box::new).map(Kinematics::Tilting),
     };
     if let Some(axes) = kinematics.as_ref().map(Kinematics::axes) {
         let sources: Vec<Source> = axes.iter().filter_map(|axis| axis.source).collect();
@@ -153,6 +161,24 @@ pub(super) fn kinematics(
     }
     table.finish();
     kinematics
+}
+
+/// A tilting probe; `axis` reads the table of an axis by its name, which is rotary or not.
+fn tilting(table: &Section<'_>, axis: &dyn Fn(&str, bool) -> Option<Axis>) -> Option<Tilting> {
+    let [x, z, probe] = ["x", "z", "probe"].map(|name| axis(name, false));
+    let tilt = axis("tilt", true);
+    // An axis that the machine has not stands still at 0, and a part that does not turn has none.
+    let y = match table.has("y") {
+        true => axis("y", false),
+        false => Some(Axis { source: None, scale: 1.0, offset: 0.0, errors: None }),
+    };
+    let rotary = table.has("rotary").then(|| axis("rotary", true));
+    let pivot_offset_mm = pair_mm(table, "pivot_offset_mm");
+    let rotary = match rotary {
+        Some(rotary) => Some(rotary?),
+        None => None,
+    };
+    Some(Tilting { x: x?, y: y?, z: z?, tilt: tilt?, probe: probe?, rotary, pivot_offset_mm })
 }
 
 fn axis(

@@ -136,7 +136,7 @@ impl Keys {
             spacing_mm: optional("spacing_mm", 1e-6..=1e6),
             epsilon: optional("from_epsilon", 1e-6..=1.0),
             margin_mm: table.within("margin_mm", 0.0, 0.0..=1e6),
-            centre_mm: centre(table),
+            centre_mm: pair_mm(table, "centre_mm"),
             scan_speed_mm_s: table.within("scan_speed_mm_s", 5.0, 1e-6..=1e6),
             dwell: Duration::from_millis(table.within("dwell_ms", 50, 1..=60_000u64)),
             point_spacing_mm: optional("point_spacing_mm", 0.0..=1e6),
@@ -155,12 +155,13 @@ impl Keys {
     }
 }
 
-fn centre(table: &Section<'_>) -> [f64; 2] {
-    let numbers: Vec<f64> = table.or("centre_mm", vec![0.0, 0.0]);
+/// Two numbers in mm; 0 without the key, or where it has something else, which is a problem.
+pub(super) fn pair_mm(table: &Section<'_>, key: &str) -> [f64; 2] {
+    let numbers: Vec<f64> = table.or(key, vec![0.0, 0.0]);
     match numbers[..] {
         [x, y] if x.is_finite() && y.is_finite() => [x, y],
         _ => {
-            table.problem("centre_mm", "two numbers in mm", format!("{numbers:?}"));
+            table.problem(key, "two numbers in mm", format!("{numbers:?}"));
             [0.0; 2]
         }
     }
@@ -181,9 +182,11 @@ fn axes(table: &Section<'_>, station: &Station<'_>) -> Option<([ScanAxis; 2], Ma
             let ((r, r_limit), (c, c_limit)) = r.zip(c)?;
             Some(([r, c], Machine::Polar { r: r_limit, c: c_limit }))
         }
-        Kinematics::Line(_) => {
+        Kinematics::Line(_) | Kinematics::Tilting(_) => {
             let expected = "no such table, or [kinematics] kind = \"cartesian\" or \"polar\"";
-            table.problem("path", expected, "kind = \"line\"");
+            let is_line = matches!(station.kinematics, Kinematics::Line(_));
+            let found = if is_line { "kind = \"line\"" } else { "kind = \"tilting\"" };
+            table.problem("path", expected, found);
             None
         }
     }

@@ -9,6 +9,7 @@ mod corrections;
 mod file_links;
 mod line_scanners;
 mod scan;
+mod tilting_probes;
 mod tls_links;
 
 fn project(path: &str) -> PathBuf {

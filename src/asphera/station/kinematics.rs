@@ -8,6 +8,7 @@ use asphera_link::{Flags, Nanos};
 
 use super::profiler::{Carriage, Profiler};
 use super::synchronizer::Record;
+use super::tilting::Tilting;
 
 /// One measured point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,6 +111,8 @@ pub enum Kinematics {
     },
     /// A line scanner: each record is a profile of many points.
     Line(Profiler),
+    /// A probe that tilts about a pivot.
+    Tilting(Box<Tilting>),
 }
 
 impl Kinematics {
@@ -141,6 +144,12 @@ impl Kinematics {
                 }
                 Carriage::Linear(_) | Carriage::Turning { .. } => None,
             },
+            Kinematics::Tilting(tilting) => match &tilting.rotary {
+                Some(rotary) => measured(rotary).then_some(("rotary", "constant_rad")),
+                None if along(0.0) && measured(&tilting.y) => Some(("y", "constant_mm")),
+                None if along(90.0) && measured(&tilting.x) => Some(("x", "constant_mm")),
+                None => None,
+            },
             Kinematics::Cartesian { .. } | Kinematics::Polar { .. } => None,
         }
     }
@@ -151,6 +160,7 @@ impl Kinematics {
             Kinematics::Cartesian { x, y, z } => vec![x, y, z],
             Kinematics::Polar { rotary, radial, probe } => vec![rotary, radial, probe],
             Kinematics::Line(profiler) => vec![profiler.carriage.axis()],
+            Kinematics::Tilting(tilting) => tilting.axes(),
         };
         axes.into_iter().cloned().collect()
     }
@@ -173,6 +183,11 @@ impl Kinematics {
                 z_mm: value(probe),
             },
             Kinematics::Line(profiler) => return profiler.points(record, correction, out),
+            Kinematics::Tilting(tilting) => {
+                let (axes, u_mm) = tilting.point(record, &mut flags);
+                out.push(Point { u_mm, ..Point::corrected(record, axes, correction, flags) });
+                return;
+            }
         };
         let u_mm = if record.spreads.is_empty() { [0.0; 3] } else { self.spread_mm(record, &axes) };
         out.push(Point { u_mm, ..Point::corrected(record, axes, correction, flags) });
@@ -195,7 +210,9 @@ impl Kinematics {
                 [sum(sin, cos), sum(cos, sin), u(probe)]
             }
             (Kinematics::Cartesian { x, y, z }, _) => [u(x), u(y), u(z)],
-            (Kinematics::Polar { .. } | Kinematics::Line(_), _) => [0.0; 3],
+            (Kinematics::Polar { .. } | Kinematics::Line(_) | Kinematics::Tilting(_), _) => {
+                [0.0; 3]
+            }
         }
     }
 
@@ -206,6 +223,7 @@ impl Kinematics {
             | Kinematics::Line(Profiler { carriage: Carriage::Turning { rotary, .. }, .. }) => {
                 Some(rotary.clone())
             }
+            Kinematics::Tilting(tilting) => tilting.rotary.clone(),
             Kinematics::Cartesian { .. } | Kinematics::Line(_) => None,
         }
     }
@@ -216,7 +234,7 @@ impl Kinematics {
     }
 
     /// The same axes with their bare readings as x, y and z: of a polar machine angle in rad, radius and height. `None` where
-    /// three numbers do not hold them: of a line scanner over a part that turns.
+    /// three numbers do not hold them: of a line scanner or a tilting probe over a part that turns.
     pub fn bare(self) -> Option<Kinematics> {
         match self {
             Kinematics::Polar { rotary, radial, probe } => {
@@ -231,6 +249,7 @@ impl Kinematics {
         match self {
             Kinematics::Cartesian { .. } | Kinematics::Polar { .. } => true,
             Kinematics::Line(profiler) => profiler.carriage.measures_along_z(),
+            Kinematics::Tilting(_) => false,
         }
     }
 }

@@ -16,6 +16,7 @@ mod rate;
 mod scan;
 mod synchronizer;
 mod thermal;
+mod tilting;
 mod unwrap;
 
 pub use assemble::{AssembleError, assemble};
@@ -28,3 +29,4 @@ pub use profiler::{Carriage, ProfileDirection, Profiler, Scaling};
 pub use scan::{AdaptivePlan, ArmError, Order, ScanAxis, ScanDecision, ScanPlan, Scanner, Stroke};
 pub use synchronizer::{Record, StreamCounts, SyncSettings, Synchronizer};
 pub use thermal::{Expansion, Temperature, Thermal, ThermalSettings};
+pub use tilting::Tilting;
