@@ -183,3 +183,28 @@ pub(super) fn session(session: &SessionFigures) -> Chapter {
     chapter.facts(facts);
     chapter
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_change_of_lengths_has_its_temperatures_and_its_u() {
+        let thermal = ThermalFigures {
+            part_degc: Some([21.0, 21.25]),
+            scales_degc: None,
+            lengths_um_per_m: [-8.875, -7.1],
+            u_um_per_m: 0.5,
+        };
+        let expected = "changed by −8.875 to −7.100 µm/m, part at 21.00 to 21.25 °C; u 0.5000 µm/m, which figures do not count";
+        assert_eq!(at_20(&thermal), expected);
+        let steady = ThermalFigures {
+            part_degc: Some([21.0; 2]),
+            scales_degc: Some([20.5; 2]),
+            lengths_um_per_m: [-3.1; 2],
+            u_um_per_m: 0.5,
+        };
+        let expected = "changed by −3.100 µm/m, part at 21.00 °C, scales at 20.50 °C; u 0.5000 µm/m, which figures do not count";
+        assert_eq!(at_20(&steady), expected);
+    }
+}

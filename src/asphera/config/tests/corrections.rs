@@ -138,3 +138,42 @@ fn mistakes_in_the_thermal_expansion_are_named() {
     let problems = Config::parse("asphera.toml", &text).unwrap_err().to_string();
     assert!(problems.contains("thermal.part: expected a table part or scales"), "{problems}");
 }
+
+const CALIBRATION: &str = "format = \"asphera.calibration/1\"\nmade = \"2026-11-01T00:00:00Z\"\nmachine = \"polar\"\n\
+                           [parameters.offset_radial]\nvalue_um = 2\nu_um = 1\n";
+
+/// Errors of height lie along z: they say nothing of a probe that looks along the radius, or tilts.
+#[test]
+fn a_map_of_heights_is_refused_where_the_probe_measures_elsewhere_than_along_z() {
+    let map = format!(
+        "{CALIBRATION}[map]\nradius_mm = 10\n[[map.term]]\nn = 2\nm = 0\nvalue_nm = 3\nu_nm = 1\n"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("plain.toml"), CALIBRATION).unwrap();
+    fs::write(folder.path().join("map.toml"), map).unwrap();
+    let radial = ("profile = \"axial\"", "profile = \"radial\"");
+    for (example, (from, to), has_map_along_z) in [
+        ("shaft-scanner.toml", ("", ""), false),
+        ("shaft-scanner.toml", radial, true),
+        ("tilting-probe.toml", ("", ""), false),
+    ] {
+        let text = read(&project("examples").join(example)).unwrap().replacen(from, to, 1);
+        let load = |calibration: &str| {
+            let path = folder.path().join("station.toml");
+            let table = format!("[calibration]\nfile = \"{calibration}\"\n");
+            fs::write(&path, format!("{text}\n{table}")).unwrap();
+            Config::load(&path).map_err(|error| error.to_string())
+        };
+        assert!(load("plain.toml").unwrap().calibration.is_some());
+        match load("map.toml") {
+            Ok(config) => assert!(has_map_along_z && config.calibration.is_some()),
+            Err(problems) => {
+                assert!(!has_map_along_z, "{problems}");
+                assert!(
+                    problems.contains("calibration.file: expected a calibration without a map"),
+                    "{problems}"
+                );
+            }
+        }
+    }
+}

@@ -3,10 +3,11 @@
 use super::super::framing::Framing;
 use super::super::kinematics::{Axis, Source};
 use super::super::synchronizer::SyncSettings;
+use super::super::thermal::{Expansion, Temperature, ThermalSettings};
 use super::*;
-use asphera_link::{Channel, Driver, Event, Fault, FaultKind, Input, Output, Unit};
+use asphera_link::{Channel, Driver, Event, Fault, FaultKind, Flags, Input, Output, Reading, Unit};
 
-/// A device that is ready when it says `r`, starts at a word, and must say something every second.
+/// A device that is ready when it says `r`, reads 30 when it says `t`, starts at a word, and must say something every second.
 struct Alive {
     channels: Vec<Channel>,
     name: u8,
@@ -41,6 +42,12 @@ impl Driver for Alive {
         if matches!(input, Input::Bytes(b"r")) {
             self.told.push_back(Event::Ready);
         }
+        if matches!(input, Input::Bytes(b"t")) {
+            let values = [Some(30.0)].into_iter().collect();
+            let (device_time_ns, count, flags) = (None, None, Flags::empty());
+            let reading = Reading { host: now, device_time_ns, count, values, flags };
+            self.told.push_back(Event::Reading(reading));
+        }
     }
 
     fn timeout(&mut self, _: Nanos) {
@@ -70,6 +77,22 @@ impl Driver for Alive {
 /// A primary `p` and a companion `c`, each on a link that is open.
 fn bench() -> Bench {
     bench_of(EndSettings { points: None, idle: None, first: None, open: None }, None)
+}
+
+/// The same, with the temperature of the part from the companion.
+fn thermal_bench() -> Bench {
+    let temperature = Temperature::Channel { device: 1, channel: 0 };
+    let part = Expansion { temperature, per_k: 1e-3, u_per_k: 0.0, u_k: 0.0 };
+    let settings = ThermalSettings {
+        part: Some(part),
+        scales: None,
+        stale: SECOND,
+        range_degc: (10.0, 40.0),
+        starts_with_angle: false,
+    };
+    let mut bench = bench();
+    bench.thermal = Some(Thermal::new(settings, vec![(0, 0), (1, 0)]));
+    bench
 }
 
 /// The same with an end, and perhaps a device whose program the station runs.
@@ -156,6 +179,21 @@ fn a_companion_that_is_not_there_holds_the_primary_back_for_five_seconds() {
     assert_eq!(sent(&mut bench), "");
     bench.advance(ms(5_001));
     assert_eq!(sent(&mut bench), "pS");
+}
+
+#[test]
+fn the_primary_is_started_when_the_temperature_is_known_too() {
+    let mut bench = thermal_bench();
+    bench.command(ms(1), Command::Start);
+    bench.happened(ms(300), 1, Happening::Received(b"r"));
+    assert_eq!(sent(&mut bench), "cS");
+    bench.happened(ms(500), 1, Happening::Received(b"t"));
+    assert_eq!(sent(&mut bench), "pS");
+    let mut cold = thermal_bench();
+    cold.command(ms(1), Command::Start);
+    cold.happened(ms(300), 1, Happening::Received(b"r"));
+    cold.advance(ms(5_001));
+    assert_eq!(sent(&mut cold), "cSpS");
 }
 
 #[test]
