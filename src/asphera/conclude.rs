@@ -52,6 +52,7 @@ impl Outcome {
             links: bench.figures(),
             session: SessionFigures {
                 calibration: bench.calibration().map(CalibrationFile::figures),
+                error_tables: error_tables(bench.kinematics()),
                 places: bench.places(),
                 thermal: bench.thermal(),
                 ..session
@@ -59,6 +60,12 @@ impl Outcome {
             kinematics: bench.kinematics().clone(),
         }
     }
+}
+
+/// Names of the files of errors of the axes.
+fn error_tables(kinematics: &Kinematics) -> Vec<String> {
+    let tables = kinematics.axes().into_iter().filter_map(|axis| axis.errors);
+    tables.map(|table| table.file.clone()).collect()
 }
 
 /// Adds to the figures of the points what the station knows: losses, links, session.
@@ -193,6 +200,7 @@ pub fn session_figures(header: &Header, ended: &str) -> SessionFigures {
         ended: ended.to_owned(),
         label: header.label.clone(),
         calibration: None,
+        error_tables: Vec::new(),
         places: None,
         thermal: None,
     }

@@ -104,6 +104,9 @@ pub struct SessionFigures {
     /// Calibration of the machine that its points were corrected by; absent where there was none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<CalibrationFigures>,
+    /// Files of errors of its axes that were taken out of their readings; absent where there were none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub error_tables: Vec<String>,
     /// How well places are known; absent where readings are joined by count.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub places: Option<PlaceFigures>,

@@ -137,6 +137,25 @@ async fn a_ball_tells_the_error_of_an_axis_and_later_parts_are_without_it() {
     assert!(message.contains("was valid for 90 days, until 2020-03-31T00:00:00Z"), "{message}");
 }
 
+/// Axis y counts 0.1 mm too much a metre. A table says so, and the ball is round again, live and replayed without the file.
+#[tokio::test(flavor = "multi_thread")]
+async fn an_error_table_of_an_axis_is_taken_out_and_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("y.csv");
+    // Indicated ±10 mm stands for ±10 mm / 1.0001.
+    let error_nm = 10e6 - 10e6 / 1.0001;
+    fs::write(&table, format!("position[mm],error[nm]\n-10,-{error_nm}\n10,{error_nm}\n")).unwrap();
+    let scale = "1.0001, error_table = \"y.csv\"";
+    let finished = measured_of(folder.path(), BALL, scale, "").await.unwrap();
+    assert!(rms_nm(&finished) < 6.0, "{} nm", rms_nm(&finished));
+    let report = &finished.measurement.report;
+    assert_eq!(report.session.as_ref().unwrap().error_tables, ["y.csv"]);
+    fs::remove_file(&table).unwrap();
+    let mut replayed = replay(finished.recording.as_ref().unwrap(), |_| {}).unwrap().report;
+    replayed.timing = report.timing.clone();
+    assert_eq!(&replayed, report);
+}
+
 /// The thermometer of the bench says 30 °C, so a ball of 20 mm is one of 20 mm / 1.001 at 20 °C. Held against 20 mm the machine then
 /// measures 1000 µm too little a metre, along every axis.
 #[tokio::test(flavor = "multi_thread")]

@@ -16,6 +16,7 @@ use asphera_formats::xyz::Unit;
 use asphera_settings::Section;
 
 use super::attached::{embedded, text_of};
+use crate::station::ErrorTable;
 
 /// Tables of a station, found from its folder.
 pub(super) struct ErrorTables<'a> {
@@ -30,12 +31,12 @@ impl<'a> ErrorTables<'a> {
     }
 
     /// Reads the table that an axis names; `None` where it names none, or one that cannot be used.
-    pub(super) fn read(&self, axis: &Section<'_>, name: &str, rotary: bool) -> Option<AxisErrors> {
+    pub(super) fn read(&self, axis: &Section<'_>, name: &str, rotary: bool) -> Option<ErrorTable> {
         let (file, text) = text_of(axis, KEY, self.folder, "a text file in UTF-8")?;
         match parse(&text, rotary) {
             Ok(errors) => {
                 self.texts.borrow_mut().push((name.to_owned(), text));
-                Some(errors)
+                Some(ErrorTable { file, errors })
             }
             Err(Mistake { line, expected, found }) => {
                 axis.problem(KEY, format!("in line {line} of {file} {expected}"), found);

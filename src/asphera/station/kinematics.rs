@@ -74,7 +74,16 @@ pub struct Axis {
     /// mm (or rad) added after scaling.
     pub offset: f64,
     /// Errors along the axis, which are taken out after that.
-    pub errors: Option<Arc<AxisErrors>>,
+    pub errors: Option<Arc<ErrorTable>>,
+}
+
+/// Errors of an axis, from a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ErrorTable {
+    /// Name of the file, as the configuration gives it.
+    pub file: String,
+    /// What it holds.
+    pub errors: AxisErrors,
 }
 
 /// A channel of a synchronized device.
@@ -274,8 +283,8 @@ impl Axis {
 
     /// The place without the error of the axis; one that its table does not reach is flagged.
     fn corrected(&self, place: f64, flags: &mut Flags) -> f64 {
-        let Some(errors) = &self.errors else { return place };
-        errors.corrected(place).unwrap_or_else(|| {
+        let Some(table) = &self.errors else { return place };
+        table.errors.corrected(place).unwrap_or_else(|| {
             *flags |= Flags::OUT_OF_RANGE;
             place
         })
@@ -400,9 +409,10 @@ mod tests {
     #[test]
     fn errors_of_an_axis_are_taken_out_and_places_off_its_table_flagged() {
         let errors = AxisErrors::linear(vec![[0.0, 0.0], [4.0, 0.02]]).unwrap();
-        let x = Axis { errors: Some(Arc::new(errors)), ..axis(0, 0, 1e-3, 1.0) };
+        let named = |errors| Some(Arc::new(ErrorTable { file: "axis.csv".to_owned(), errors }));
+        let x = Axis { errors: named(errors), ..axis(0, 0, 1e-3, 1.0) };
         let table = AxisErrors::rotary(vec![[0.0, 0.0], [1.0, 1e-4]]).unwrap();
-        let rotary = Axis { errors: Some(Arc::new(table)), ..axis(0, 0, 1e-3, 1.0) };
+        let rotary = Axis { errors: named(table), ..axis(0, 0, 1e-3, 1.0) };
         let cartesian =
             Kinematics::Cartesian { x, y: axis(0, 1, 1.0, 0.0), z: axis(0, 2, 1.0, 0.0) };
         let at = |kinematics: &Kinematics, channel: f64| {

@@ -23,7 +23,7 @@ pub use assemble::{AssembleError, assemble};
 pub use bench::{Action, Bench, BenchSettings, EndSettings, Ended, Happening, ScanOrder};
 pub use framing::Framing;
 pub use joiner::JoinSettings;
-pub use kinematics::{Axis, Kinematics, Point, Source};
+pub use kinematics::{Axis, ErrorTable, Kinematics, Point, Source};
 pub use line::Line;
 pub use profiler::{Carriage, ProfileDirection, Profiler, Scaling};
 pub use scan::{AdaptivePlan, ArmError, Order, ScanAxis, ScanDecision, ScanPlan, Scanner, Stroke};

@@ -172,6 +172,8 @@ pub(super) fn session(session: &SessionFigures) -> Chapter {
             [&calibration.date, &calibration.valid_until].map(|time| to_the_second(time));
         Fact::new("Calibration", format!("of {made}, valid until {until}"))
     }));
+    let tables = &session.error_tables;
+    facts.extend((!tables.is_empty()).then(|| Fact::new("Axis errors", tables.join(", "))));
     facts.extend(session.places.map(|places| {
         let words =
             format!("u up to {} µm, RMS {} µm", short(places.largest_um), short(places.rms_um));

@@ -25,8 +25,9 @@ fn with_table(content: &str) -> Result<Config, String> {
 #[test]
 fn a_recording_has_the_error_tables_of_its_axes() {
     let config = with_table("position[mm],error[nm]\n-200,0\n200,4000\n").unwrap();
-    let errors = config.kinematics.axes()[1].errors.clone().unwrap();
-    assert!((errors.corrected(0.0).unwrap() + 2e-3).abs() < 1e-15);
+    let table = config.kinematics.axes()[1].errors.clone().unwrap();
+    assert_eq!(table.file, "r.csv");
+    assert!((table.errors.corrected(0.0).unwrap() + 2e-3).abs() < 1e-15);
     let again = Config::parse("recorded", &config.text).unwrap();
     assert_eq!(again.kinematics, config.kinematics);
     let plain = Config::load(&project("asphera.toml")).unwrap();
