@@ -6,7 +6,7 @@ use std::path::Path;
 
 use asphera_stand::{Instrument, Listing, Pace, Stand};
 use clap::Args;
-use toml_edit::{DocumentMut, value};
+use toml_edit::{DocumentMut, Item, value};
 
 use super::super::exit::Exit;
 use super::super::output::{Failure, print, say};
@@ -52,8 +52,8 @@ pub(super) async fn simulate(
     let (points, rate_hz) = (scan.points, scan.rate_hz);
     say(&described(&scan, args));
     let mut text: DocumentMut = config.text.parse()?;
-    if text.remove("calibration").is_some() {
-        say("The simulated machine has no errors: [calibration] is left out");
+    for left_out in flawless(&mut text) {
+        say(&format!("The simulated machine has no errors: {left_out} is left out"));
     }
     let mut stand = Stand::start(scan.played, Pace { rate_hz }).await?;
     for Listing { link, devices, kind, address } in stand.listing() {
@@ -88,6 +88,21 @@ pub(super) async fn simulate(
         } => {}
     }
     Ok(Exit::Done)
+}
+
+/// Takes corrections of a machine out of a configuration. What was there.
+fn flawless(text: &mut DocumentMut) -> Vec<String> {
+    let tables = ["calibration", "thermal"];
+    let there = tables.into_iter().filter(|table| text.remove(table).is_some());
+    let mut left_out: Vec<String> = there.map(|table| format!("[{table}]")).collect();
+    let Some(axes) = text.get_mut("kinematics").and_then(Item::as_table_like_mut) else {
+        return left_out;
+    };
+    for (name, axis) in axes.iter_mut() {
+        let removed = axis.as_table_like_mut().and_then(|axis| axis.remove("error_table"));
+        left_out.extend(removed.map(|_| format!("error_table of {name}")));
+    }
+    left_out
 }
 
 fn check(args: &PartArgs) -> Result<(), Failure> {

@@ -42,8 +42,12 @@ pub(super) fn scan(config: &Config, args: &PartArgs) -> Result<Scan, Failure> {
         return lines::scan(config, args, profiler, shown);
     }
     let places = places(config, args.points, &mut shown)?;
-    let Some(height) = config.kinematics.axes().last().copied() else {
-        return Err("the station has no axis for the height".into());
+    let height = match &config.kinematics {
+        Kinematics::Cartesian { z, .. } => z,
+        Kinematics::Polar { probe, .. } => probe,
+        Kinematics::Line(_) | Kinematics::Tilting(_) => {
+            return Err("[kinematics]: expected cartesian, polar or line, found a probe that tilts, which is not simulated".into());
+        }
     };
     let heights_mm = heights_mm(config, args, &places)?;
     let shift_mm = shift_mm(config, shown.range_mm(height), &heights_mm)?;
@@ -62,7 +66,7 @@ pub(super) fn scan(config: &Config, args: &PartArgs) -> Result<Scan, Failure> {
 /// Where the axes say that the machine stands at each trigger.
 fn places(config: &Config, points: u64, shown: &mut Shown<'_>) -> Result<Vec<PlaceMm>, Failure> {
     let part = &config.part;
-    let places: Vec<PlaceMm> = match config.kinematics {
+    let places: Vec<PlaceMm> = match &config.kinematics {
         Kinematics::Cartesian { x, y, .. } => {
             let places = match (x.source, y.source) {
                 (Some(_), None) => path::line(part, points, 0, y.offset),
@@ -84,8 +88,8 @@ fn places(config: &Config, points: u64, shown: &mut Shown<'_>) -> Result<Vec<Pla
             };
             turns.map(place).collect()
         }
-        // It is scanned line by line.
-        Kinematics::Line(_) => Vec::new(),
+        // One is scanned line by line, the other not at all.
+        Kinematics::Line(_) | Kinematics::Tilting(_) => Vec::new(),
     };
     if places.is_empty() {
         return Err(NOTHING_TO_MEASURE.into());
@@ -195,7 +199,7 @@ impl Shown<'_> {
     }
 
     /// Lets the channel of an axis show its place, in mm or rad, at one more trigger. The place that is read.
-    fn show(&mut self, axis: Axis, place: f64) -> f64 {
+    fn show(&mut self, axis: &Axis, place: f64) -> f64 {
         let Some(source) = axis.source else { return axis.offset };
         let played = &mut self.played[self.config.sync.devices[source.stream]];
         let value = played.instrument.shown(source.channel, (place - axis.offset) / axis.scale);
@@ -209,7 +213,7 @@ impl Shown<'_> {
     }
 
     /// Lowest and highest place that an axis can show, mm.
-    fn range_mm(&self, axis: Axis) -> Option<[f64; 2]> {
+    fn range_mm(&self, axis: &Axis) -> Option<[f64; 2]> {
         let source = axis.source?;
         let range = self.of(source.stream).instrument.range(source.channel)?;
         let is_finite = range.0.is_finite() && range.1.is_finite();

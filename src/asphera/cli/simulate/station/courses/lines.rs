@@ -7,7 +7,7 @@ use super::super::super::path::PlaceMm;
 use super::{NOTHING_TO_MEASURE, RATE_HZ, Scan, Shown, Simulated, shift_mm, sorted};
 use crate::cli::simulate::station::PartArgs;
 use crate::config::Config;
-use crate::station::{Profiler, Scaling};
+use crate::station::{Carriage, Profiler, Scaling};
 
 /// The scan of a configuration's nominal, profile by profile. As many as `[scan] points` says, else as far apart as the points of one.
 pub(super) fn scan(
@@ -16,6 +16,9 @@ pub(super) fn scan(
     profiler: &Profiler,
     mut shown: Shown<'_>,
 ) -> Result<Scan, Failure> {
+    let Carriage::Linear(axis) = &profiler.carriage else {
+        return Err("[kinematics]: expected a line scanner on a linear axis, found one over a part that turns, which is not simulated".into());
+    };
     let instrument = &shown.of(profiler.stream).instrument;
     let lies = instrument.pitch_mm().zip(instrument.line_range_mm());
     let Some((pitch_mm, range_mm)) = lies else {
@@ -27,9 +30,10 @@ pub(super) fn scan(
     let profiles = config.end.points.unwrap_or((2.0 * half_y_mm / pitch_mm).round() as u64).max(1);
     let steps = (0..profiles).map(|k| half_y_mm * ((2 * k + 1) as f64 / profiles as f64 - 1.0));
     let along: Vec<f64> =
-        steps.map(|y_mm| shown.show(profiler.along, config.part.centre_mm[1] + y_mm)).collect();
+        steps.map(|y_mm| shown.show(axis, config.part.centre_mm[1] + y_mm)).collect();
     let points = points(profiler.across, pitch_mm);
-    let line = Line { profiler: *profiler, along, pitch_mm, points };
+    let line =
+        Line { across: profiler.across, skew_rad: profiler.skew_rad, along, pitch_mm, points };
     let places = line.places();
     let simulated = Simulated::new(config, args, &places);
     let is_inside = |place: &&PlaceMm| line.is_inside(config, **place);
@@ -72,7 +76,8 @@ fn value_mm(scaling: Scaling, measured_mm: f64) -> f64 {
 
 /// Where the lines lie.
 struct Line {
-    profiler: Profiler,
+    across: Scaling,
+    skew_rad: f64,
     /// Of each profile, mm.
     along: Vec<f64>,
     pitch_mm: f64,
@@ -81,8 +86,8 @@ struct Line {
 
 impl Line {
     fn place(&self, profile: usize, across_mm: f64) -> Option<PlaceMm> {
-        let (sin, cos) = self.profiler.skew_rad.sin_cos();
-        let u_mm = value_mm(self.profiler.across, across_mm);
+        let (sin, cos) = self.skew_rad.sin_cos();
+        let u_mm = value_mm(self.across, across_mm);
         Some([u_mm * cos, self.along.get(profile)? + u_mm * sin])
     }
 
