@@ -33,6 +33,9 @@ impl Frames {
     /// What no frame can be made of, and why.
     pub(crate) fn new(settings: Settings) -> Result<Frames, String> {
         let is_record = matches!(settings.framing, Framing::Records { .. });
+        if settings.profile.is_some() {
+            return Err("it measures profiles: a program can write them, as config/examples/profiles-from-a-pipe.toml shows".to_owned());
+        }
         match &settings.layout {
             Layout::Columns { .. } | Layout::Pattern(_) if is_record => {
                 return Err("records in text have no length of their own".to_owned());

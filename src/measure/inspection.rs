@@ -67,9 +67,7 @@ impl Inspection<'_> {
         let taken = fitted.and_then(|fitted| {
             uncertainties::taken(part, points, self.deviations_mm, fitted, self.areas_mm2)
         });
-        let step_nm = look.sampling.height_step_nm;
-        let assessed = fitted
-            .and_then(|fitted| assess(part, points, fitted, self.plane, taken.as_ref(), step_nm));
+        let assessed = self.assessed(taken.as_ref());
         let mut errors = Errors::new(part);
         let known = self.errors(&mut errors, taken.as_ref());
         let noise_nm = match &assessed {
@@ -143,6 +141,13 @@ impl Inspection<'_> {
             figures::form(part, &part.free, of, self.plane)
         });
         Inspected { form, features, verdict, deviations_nm, map, grid, cells }
+    }
+
+    /// The uncertainties that the nominal file asks for.
+    fn assessed(&self, taken: Option<&Places>) -> Option<Result<Assessed, UncertaintyError>> {
+        let fitted = self.fitted.ok()?;
+        let step_nm = self.look.sampling.height_step_nm;
+        assess(self.part, self.mesh.points(), fitted, self.plane, taken, step_nm)
     }
 
     /// Errors by the noise alone, where no uncertainties are asked for.

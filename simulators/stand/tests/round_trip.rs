@@ -200,6 +200,10 @@ async fn a_stage_that_is_asked_answers() {
 /// What nothing plays is said with the name of the device.
 #[test]
 fn devices_that_nothing_plays_are_named() {
+    let row = "separator = \",\"\n[profile]\ncolumn = 1\npoints = 3\npitch_mm = 0.1\n";
+    let described = settings(asphera_described::FAMILY, row);
+    let error = Instrument::new("rows", 0, &*described).unwrap_err().to_string();
+    assert!(error.contains("device rows") && error.contains("profiles"), "{error}");
     let free = "trigger = \"free\"\nsignals = [75, 76, 256, 257]\n";
     let settings = settings(asphera_chrocodile::FAMILY, free);
     let error = Instrument::new("probe", 0, &*settings).unwrap_err().to_string();
