@@ -100,6 +100,11 @@ fn line_scanners_are_played_too() {
         let pv_nm = number(&report, "/form/deviation/pv_nm");
         assert!(pv_nm <= step_nm, "{name}: {pv_nm} nm");
         assert!(count(&report, "/points/used") > 70_000, "{name}: {}", report["points"]);
+        let bent = ["--form-nm", "5000", "--noise-nm", "0", "--rate", "400"];
+        let (_, report) = tried(name, &bent);
+        let pv_nm = number(&report, "/form/deviation/pv_nm");
+        // The fit takes piston and tilts.
+        assert!((3500.0..=5000.0 + step_nm).contains(&pv_nm), "{name}: {pv_nm} nm");
     }
 }
 

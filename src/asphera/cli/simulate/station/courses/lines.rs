@@ -3,7 +3,7 @@
 use asphera_stand::Sight;
 
 use super::super::super::super::output::Failure;
-use super::super::super::path::PlaceMm;
+use super::super::super::path::{self, PlaceMm};
 use super::{NOTHING_TO_MEASURE, RATE_HZ, Scan, Shown, Simulated, shift_mm, sorted};
 use crate::cli::simulate::station::PartArgs;
 use crate::config::Config;
@@ -28,20 +28,16 @@ pub(super) fn scan(
         return Err(NOTHING_TO_MEASURE.into());
     };
     let profiles = config.end.points.unwrap_or((2.0 * half_y_mm / pitch_mm).round() as u64).max(1);
-    let steps = (0..profiles).map(|k| half_y_mm * ((2 * k + 1) as f64 / profiles as f64 - 1.0));
+    // From the edge on, so that whole counts of an encoder stay whole.
+    let steps = (0..profiles).map(|k| half_y_mm * ((2 * k) as f64 / profiles as f64 - 1.0));
     let along: Vec<f64> =
         steps.map(|y_mm| shown.show(axis, config.part.centre_mm[1] + y_mm)).collect();
     let points = points(profiler.across, pitch_mm);
-    let line =
-        Line { across: profiler.across, skew_rad: profiler.skew_rad, along, pitch_mm, points };
-    let places = line.places();
+    let line = Line { across: profiler.across, skew_rad: profiler.skew_rad, along, points };
+    let places = path::raster(&config.part, SAMPLES);
     let simulated = Simulated::new(config, args, &places);
-    let is_inside = |place: &&PlaceMm| line.is_inside(config, **place);
-    let heights_mm: Vec<f64> = places
-        .iter()
-        .filter(is_inside)
-        .filter_map(|place| simulated.height_mm(0, *place))
-        .collect();
+    let heights_mm: Vec<f64> =
+        places.iter().filter_map(|place| simulated.height_mm(0, *place)).collect();
     let range_mm = sorted([range_mm.0, range_mm.1].map(|end| value_mm(profiler.height, end)));
     let shift_mm = shift_mm(config, Some(range_mm), &heights_mm)?;
     let height = profiler.height;
@@ -80,7 +76,6 @@ struct Line {
     skew_rad: f64,
     /// Of each profile, mm.
     along: Vec<f64>,
-    pitch_mm: f64,
     points: usize,
 }
 
@@ -89,16 +84,6 @@ impl Line {
         let (sin, cos) = self.skew_rad.sin_cos();
         let u_mm = value_mm(self.across, across_mm);
         Some([u_mm * cos, self.along.get(profile)? + u_mm * sin])
-    }
-
-    /// A few places of every profile: what the part is like under them.
-    fn places(&self) -> Vec<PlaceMm> {
-        let across = (0..=SAMPLES).map(|k| k * self.points / SAMPLES);
-        let places = across.flat_map(|point| {
-            let across_mm = point as f64 * self.pitch_mm;
-            (0..self.along.len()).filter_map(move |profile| self.place(profile, across_mm))
-        });
-        places.collect()
     }
 
     fn is_inside(&self, config: &Config, [x_mm, y_mm]: PlaceMm) -> bool {
@@ -111,5 +96,5 @@ impl Line {
 const LINES_HZ: f64 = 200.0;
 /// Of a scanner whose configuration does not tell how many it has.
 const ORDINARY_POINTS: usize = 640;
-/// Places of a profile that are looked at beforehand.
-const SAMPLES: usize = 20;
+/// Places of the part that are looked at beforehand.
+const SAMPLES: u64 = 10_000;
