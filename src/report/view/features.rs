@@ -43,12 +43,13 @@ fn brief(lines: &mut Vec<String>, features: &FeatureFigures, defects: &[DefectFi
         } else {
             String::new()
         };
-        format!(
-            " beyond {:.1} σ of {} nm, up to {} mm wide{lower}",
-            by.threshold_sigmas,
-            short(by.sigma_nm),
-            short(by.largest_mm)
-        )
+        let wide = short(by.largest_mm);
+        // The tails of deviations in steps tell no threshold.
+        if by.threshold_sigmas > MOST_SIGMAS {
+            return format!(", but no threshold is known: most neighbours deviate alike; up to {wide} mm wide{lower}");
+        }
+        let (sigmas, sigma_nm) = (by.threshold_sigmas, short(by.sigma_nm));
+        format!(" beyond {sigmas:.1} σ of {sigma_nm} nm, up to {wide} mm wide{lower}")
     });
     lines.push(format!("{number}{search}"));
     lines.extend(defects.iter().take(BRIEF).map(line));
@@ -57,6 +58,9 @@ fn brief(lines: &mut Vec<String>, features: &FeatureFigures, defects: &[DefectFi
         lines.push(format!("and {} more", count(more)));
     }
 }
+
+/// A threshold above this is none.
+const MOST_SIGMAS: f64 = 1e4;
 
 fn line(defect: &DefectFigures) -> String {
     let known = |mm: Option<f64>| mm.filter(|mm| mm.is_finite());
