@@ -12,6 +12,7 @@ mod example;
 mod frame;
 mod number;
 mod played;
+mod port;
 mod probe;
 mod registers;
 mod scanner;
@@ -23,4 +24,4 @@ mod voice;
 
 pub use played::{Instrument, Played, UnplayableError};
 pub use sight::Sight;
-pub use stand::{Listing, Pace, Stand, StandError};
+pub use stand::{Listing, Stand, StandError};

@@ -7,6 +7,7 @@ use asphera_link::Channel;
 use asphera_sim_chrocodile::{Device, Exposure, Instrument, PacketDevice, Sample, Simulator};
 use tokio::net::TcpListener;
 
+use crate::port::next_host;
 use crate::showing::Showing;
 use crate::sight::Sight;
 
@@ -132,20 +133,12 @@ impl Probe {
     /// Serves one host after the other. Without one its exposures are lost.
     pub(crate) async fn serve(&self, port: TcpListener) {
         loop {
-            let accepted = tokio::select! {
-                accepted = port.accept() => accepted,
+            let host = tokio::select! {
+                host = next_host(&port) => host,
                 () = self.simulator.lose_exposures() => continue,
             };
-            match accepted {
-                Ok((stream, _)) => {
-                    drop(stream.set_nodelay(true));
-                    drop(self.simulator.serve(stream).await);
-                }
-                Err(error) => {
-                    tracing::warn!(%error, "a simulated probe takes no connections");
-                    return;
-                }
-            }
+            let Some(stream) = host else { return };
+            drop(self.simulator.serve(stream).await);
         }
     }
 }

@@ -8,6 +8,7 @@ use tokio::net::TcpListener;
 use tokio::task::JoinSet;
 use tokio::time::Instant;
 
+use crate::port::next_host;
 use crate::showing::Showing;
 
 /// The device by its settings, which have no problems; `None` where there is no such map.
@@ -74,17 +75,11 @@ pub(crate) async fn answer(port: TcpListener, device: Device, settings: Settings
     let mut connections = JoinSet::new();
     loop {
         tokio::select! {
-            accepted = port.accept() => match accepted {
-                Ok((stream, _)) => {
-                    drop(stream.set_nodelay(true));
-                    let (device, transport) = (device.clone(), settings.transport);
-                    connections.spawn(serve(stream, device, transport, start));
-                }
-                Err(error) => {
-                    tracing::warn!(%error, "a simulated device takes no connections");
-                    return;
-                }
-            },
+            host = next_host(&port) => {
+                let Some(stream) = host else { return };
+                let (device, transport) = (device.clone(), settings.transport);
+                connections.spawn(serve(stream, device, transport, start));
+            }
             // A host that goes away in the middle of an answer is no trouble of the device.
             Some(_) = connections.join_next() => {}
         }

@@ -20,13 +20,6 @@ use crate::showing::Showing;
 use crate::transducers::Transducers;
 use crate::voice::Voice;
 
-/// How fast the triggers come.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pace {
-    /// Triggers a second, above 0.
-    pub rate_hz: f64,
-}
-
 /// Where a link of the configuration leads now.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Listing {
@@ -70,7 +63,7 @@ enum Line {
 }
 
 impl Stand {
-    /// Opens a port for each link and plays the devices, on the current tokio runtime.
+    /// Opens a port for each link and plays the devices at so many triggers a second, above 0, on the current tokio runtime.
     ///
     /// A scan begins when the host has armed every device that is triggered, and after it the devices stay at its last trigger. A host
     /// that disarms them and arms them again gets the same scan again. A host that does not read holds the scan back.
@@ -78,8 +71,8 @@ impl Stand {
     /// # Errors
     ///
     /// When a port cannot be had, or the devices of a link do not fit together.
-    pub async fn start(played: Vec<Played>, pace: Pace) -> Result<Stand, StandError> {
-        let period = Duration::from_secs_f64(1.0 / pace.rate_hz);
+    pub async fn start(played: Vec<Played>, rate_hz: f64) -> Result<Stand, StandError> {
+        let period = Duration::from_secs_f64(1.0 / rate_hz);
         let showing = Arc::new(showing(&played, period));
         let mut links: Vec<usize> = played.iter().map(|played| played.instrument.link).collect();
         links.sort_unstable();

@@ -7,6 +7,7 @@ use tokio::net::TcpListener;
 
 use std::sync::Arc;
 
+use crate::port::next_host;
 use crate::showing::Showing;
 
 /// Why a node by these settings is not simulated; `None` where it is.
@@ -89,18 +90,9 @@ impl Transducers {
 
     /// Serves one host after the other.
     pub(crate) async fn serve(self: Arc<Self>, port: TcpListener) {
-        loop {
-            match port.accept().await {
-                Ok((stream, _)) => {
-                    drop(stream.set_nodelay(true));
-                    // A host that goes away in the middle of a frame is no trouble of the bus.
-                    drop(self.simulator.serve(stream).await);
-                }
-                Err(error) => {
-                    tracing::warn!(%error, "a simulated bus takes no connections");
-                    return;
-                }
-            }
+        while let Some(stream) = next_host(&port).await {
+            // A host that goes away in the middle of a frame is no trouble of the bus.
+            drop(self.simulator.serve(stream).await);
         }
     }
 }

@@ -9,6 +9,7 @@ use tokio::sync::mpsc;
 
 use crate::example::Example;
 use crate::frame::{Frames, Moment};
+use crate::port::next_host;
 use crate::showing::Showing;
 
 /// A device that several tasks share.
@@ -159,16 +160,11 @@ impl Voice {
     /// Serves one host after the other. What is sent to nobody is lost.
     pub(crate) async fn serve(&self, port: TcpListener, mut queue: mpsc::Receiver<Vec<u8>>) {
         loop {
-            let stream = tokio::select! {
-                accepted = port.accept() => match accepted {
-                    Ok((stream, _)) => stream,
-                    Err(error) => {
-                        tracing::warn!(%error, "a simulated device takes no connections");
-                        return;
-                    }
-                },
+            let host = tokio::select! {
+                host = next_host(&port) => host,
                 Some(_) = queue.recv() => continue,
             };
+            let Some(stream) = host else { return };
             *self.host() = Host { is_there: true, ..Host::default() };
             // A host that goes away in the middle of a frame is no trouble of the device.
             drop(self.talk(stream, &mut queue).await);
@@ -181,7 +177,6 @@ impl Voice {
         mut stream: TcpStream,
         queue: &mut mpsc::Receiver<Vec<u8>>,
     ) -> io::Result<()> {
-        stream.set_nodelay(true)?;
         let mut buffer = [0; 1024];
         loop {
             tokio::select! {

@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use asphera_link::{Command, DeviceSettings, Event, Family, Input, Nanos, Output, Reading};
-use asphera_stand::{Instrument, Pace, Played, Stand};
+use asphera_stand::{Instrument, Played, Stand};
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, sleep_until, timeout};
@@ -163,7 +163,7 @@ async fn described_devices_are_read_as_they_were_shown() {
         let settings = settings(asphera_described::FAMILY, text);
         let device = played("arm", 0, &*settings, 200);
         let courses = device.courses.clone();
-        let stand = Stand::start(vec![device], Pace { rate_hz: 5000.0 }).await.unwrap();
+        let stand = Stand::start(vec![device], 5000.0).await.unwrap();
         let address = stand.listing()[0].address;
         // A driver believes a line, and a record, once it knows where frames begin.
         let found = timeout(PATIENCE, readings(&*settings, address, 190)).await.unwrap();
@@ -187,7 +187,7 @@ async fn a_stage_that_is_asked_answers() {
     let settings = settings(asphera_zaber::FAMILY, text);
     let mut stage = played("stage", 3, &*settings, 2);
     stage.courses = vec![Some(vec![1.2345, 1.2345]), None];
-    let stand = Stand::start(vec![stage], Pace { rate_hz: 100.0 }).await.unwrap();
+    let stand = Stand::start(vec![stage], 100.0).await.unwrap();
     assert_eq!((stand.listing()[0].link, stand.listing()[0].kind), (3, "tcp"));
     let found =
         timeout(PATIENCE, readings(&*settings, stand.listing()[0].address, 3)).await.unwrap();

@@ -4,7 +4,7 @@ mod courses;
 
 use std::path::Path;
 
-use asphera_stand::{Instrument, Listing, Pace, Stand};
+use asphera_stand::{Instrument, Listing, Stand};
 use clap::Args;
 use toml_edit::{DocumentMut, Item, value};
 
@@ -55,7 +55,7 @@ pub(super) async fn simulate(
     for left_out in flawless(&mut text) {
         say(&format!("The simulated machine has no errors: {left_out} is left out"));
     }
-    let mut stand = Stand::start(scan.played, Pace { rate_hz }).await?;
+    let mut stand = Stand::start(scan.played, rate_hz).await?;
     for Listing { link, devices, kind, address } in stand.listing() {
         let name = &config.links[*link].name;
         print(&format!("{name:<10} {kind:<14} {address}  {}\n", devices.join(", ")));
