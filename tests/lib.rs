@@ -14,10 +14,13 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// The daemon, built for the tests.
+/// The daemon, built for the tests; or the one that `ASPHERA_BINARY` names, as built by `tests/run`.
 pub fn asphera() -> &'static Path {
     static BINARY: OnceLock<PathBuf> = OnceLock::new();
     BINARY.get_or_init(|| {
+        if let Some(built) = std::env::var_os("ASPHERA_BINARY") {
+            return built.into();
+        }
         // Tests lie in target/<profile>/deps, binaries beside that folder.
         let test = std::env::current_exe().expect("a running test has a file");
         let profile = test.parent().and_then(Path::parent).expect("tests lie in <profile>/deps");

@@ -157,7 +157,7 @@ fn nominal(part: &Table<'_>, surface: &Table<'_>) -> Option<Nominal> {
     surface.finish();
     let nominal = nominal?;
     let valid = nominal.validate();
-    valid.inspect_err(|error| part.problem("surface", "a surface that can be", error)).ok()?;
+    valid.inspect_err(|error| part.problem("surface", "values that make a surface", error)).ok()?;
     Some(nominal)
 }
 

@@ -57,6 +57,8 @@ fn session(out: &mut Exposition, snapshot: &Snapshot) {
     out.gauge("asphera_session_points", "Points received in the session.", points.received as f64);
     out.gauge("asphera_session_points_used", "Points in fit and figures.", points.used as f64);
     out.gauge("asphera_session_points_lost", "Triggers without a reading.", points.lost as f64);
+    let help = "Triggers of the scan that had not come when the session ended.";
+    out.gauge("asphera_session_points_missing", help, points.missing as f64);
     let help = "Points not used, by reason.";
     out.family("asphera_session_points_flagged", Kind::Gauge, help);
     for (reason, count) in &points.flagged {

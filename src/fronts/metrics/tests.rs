@@ -33,6 +33,7 @@ fn snapshot() -> Snapshot {
         progress: Progress::default(),
         points: Points {
             received: 12,
+            missing: 3,
             flagged: [("outlier".to_owned(), 4)].into(),
             ..Points::default()
         },
@@ -68,6 +69,7 @@ fn every_figure_has_its_unit_and_its_labels() {
         "asphera_station_state{station=\"bench \\\"A\\\"\",state=\"measuring\"} 1.0",
         "asphera_station_state{station=\"bench \\\"A\\\"\",state=\"idle\"} 0.0",
         "asphera_session_points 12.0",
+        "asphera_session_points_missing 3.0",
         "asphera_session_points_flagged{reason=\"outlier\"} 4.0",
         "asphera_sampling_gap_meters 0.00025",
         "asphera_verdict{status=\"undecided\"} 1.0",

@@ -200,7 +200,7 @@ fn freeform<S: Shape + 'static>(
 
 /// The value, or its error as a problem with `key`.
 fn told<T, E: Display>(section: &Section<'_>, key: &str, made: Result<T, E>) -> Option<T> {
-    made.map_err(|error| section.problem(key, "a surface that can be", error)).ok()
+    made.map_err(|error| section.problem(key, "values that make a surface", error)).ok()
 }
 
 #[cfg(test)]

@@ -316,7 +316,7 @@ fn mistakes_are_named_with_line_key_and_cure() {
             "[surface]\nkind = \"toroid\"\nrotation_radius_mm = 0.0\nradius_mm = 3\n",
             2,
             "surface.kind",
-            "a surface that can be, found rotation_radius of the toroid is 0, expected a number other than 0, at most 1e307 in size",
+            "values that make a surface, found rotation_radius of the toroid is 0, expected a number other than 0, at most 1e307 in size",
         ),
         ("[surface]\nkind = \"plane\"\n[fit]\nfree = [\"Z5\"]\n", 4, "fit.free", ""),
     ];

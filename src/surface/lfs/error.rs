@@ -62,7 +62,7 @@ pub enum LfsError {
         most: f64,
     },
     /// A nominal has no finite height, slope or second derivative in its own domain.
-    #[error("the nominal is not finite at ({x}, {y}) mm, within its domain")]
+    #[error("the nominal is not finite at ({x:?}, {y:?}) mm, within its domain")]
     Nominal {
         /// Coordinate x in mm.
         x: f64,

@@ -172,6 +172,6 @@ fn what_is_no_nominal_is_refused() {
     );
     assert_eq!(
         refused(over(1.0, broken), 0.5, 0.01),
-        "the nominal is not finite at (0, -1) mm, within its domain"
+        "the nominal is not finite at (0.0, -1.0) mm, within its domain"
     );
 }
