@@ -61,10 +61,10 @@ impl Cob {
         }
     }
 
-    /// The object of a frame: none for remote frames, 29-bit identifiers and objects not used here.
+    /// The object of a frame: none for remote and CAN FD frames, 29-bit identifiers and objects not used here.
     pub fn from_frame(frame: &CanFrame) -> Option<Cob> {
         let CanId::Standard(id) = frame.id() else { return None };
-        if frame.is_remote() {
+        if frame.is_remote() || frame.fd().is_some() {
             return None;
         }
         let Ok(node) = NodeId::new((id & 0x7F) as u8) else {

@@ -5,13 +5,13 @@
 //! (1436509052.249713) can0 12345678#11.22            29-bit identifier; dots between bytes may be there
 //! (1436509052.249713) can0 123#R7 R                  remote frame of 7 bytes, received (T: sent)
 //! (1436509052.249713) can0 20000040#0000000000000000 error frame, classes in the identifier
-//! (1436509052.249713) can0 123##1112233              CAN FD: recognised, and left out
+//! (1436509052.249713) can0 123##1112233              CAN FD: flags (1 BRS, 2 ESI, 4 FDF), then data
 //! (1436509052.249713) can0 45123#81:00:12345678#11   CAN XL: recognised, and left out
 //! ```
 
 use std::fmt::Write as _;
 
-use asphera_link::{CanFrame, CanId, shown};
+use asphera_link::{CanFrame, CanId, FdFlags, shown};
 use thiserror::Error;
 
 use crate::BusError;
@@ -39,12 +39,10 @@ pub struct Line<'a> {
 /// Frame of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
-    /// A classic frame.
+    /// A frame, classic or CAN FD.
     Frame(CanFrame),
     /// An error frame.
     BusError(BusError),
-    /// A CAN FD frame.
-    Flexible,
     /// A CAN XL frame.
     ExtraLong,
 }
@@ -140,8 +138,9 @@ fn content(word: &[u8]) -> Option<Content> {
 fn classic_or_flexible(id: CanId, rest: &[u8]) -> Option<Content> {
     let frame = match rest {
         [b'#', flags, data @ ..] => {
-            let is_frame = hex::value(*flags).is_some() && bytes::<64>(data).is_some();
-            return is_frame.then_some(Content::Flexible);
+            let (flags, (data, len)) = (hex::value(*flags)?, bytes::<64>(data)?);
+            let flags = FdFlags { bit_rate_switch: flags & 1 != 0, error_passive: flags & 2 != 0 };
+            CanFrame::fd_frame(id, &data[..len], flags)
         }
         [b'R' | b'r'] => CanFrame::remote_frame(id, 0),
         [b'R' | b'r', length] => CanFrame::remote_frame(id, hex::value(*length)?.into()),

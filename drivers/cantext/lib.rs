@@ -6,8 +6,8 @@
 //! Sources: `lib.h`, `lib.c` and `candump.c` of linux-can/can-utils; `doc/protocol.md` and `state_raw.c` of
 //! linux-can/socketcand. Classes of error frames: `<linux/can/error.h>`.
 //!
-//! This crate deliberately opens no file and no port, and has no clock. CAN FD and CAN XL frames are counted with their
-//! line, never read as classic ones.
+//! This crate deliberately opens no file and no port, and has no clock. Its frames are classic and CAN FD. CAN XL frames are
+//! counted with their line, never read as others; so are those of CAN FD where nobody wants them.
 
 #![forbid(unsafe_code)]
 

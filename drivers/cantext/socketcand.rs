@@ -52,8 +52,11 @@ pub enum Item {
     },
 }
 
-/// Appends the command that sends a frame.
+/// Appends the command that sends a frame; nothing for a CAN FD frame, for which the protocol has no command.
 pub fn encode(frame: &CanFrame, out: &mut Vec<u8>) {
+    if frame.fd().is_some() {
+        return;
+    }
     let verb = if frame.is_remote() { "sendrtr" } else { "send" };
     let mut text = match frame.id() {
         CanId::Standard(id) => format!("< {verb} {id:03X} {}", frame.dlc()),

@@ -34,7 +34,8 @@ pub trait Driver: Send {
     /// The link is closed. Until [`Driver::connected`] nothing else is called.
     fn disconnected(&mut self, now: Nanos);
 
-    /// Takes what the link received. On a CAN bus every driver is shown every frame and takes its own.
+    /// Takes what the link received. On a CAN bus every driver is shown every frame and takes its own; CAN FD frames go to
+    /// those alone that [read them](Driver::reads_fd).
     fn receive(&mut self, now: Nanos, input: Input<'_>);
 
     /// Does what was due at the time given by [`Driver::poll_timeout`].
@@ -51,6 +52,11 @@ pub trait Driver: Send {
     /// The next event.
     #[must_use]
     fn poll_event(&mut self) -> Option<Event>;
+
+    /// Whether CAN FD frames are given to the driver. Others never get one: eight bytes of a longer frame mean nothing to them.
+    fn reads_fd(&self) -> bool {
+        false
+    }
 
     /// Starts or stops measuring. A command given while the link is closed takes effect when it opens.
     fn command(&mut self, now: Nanos, command: Command);

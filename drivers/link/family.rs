@@ -110,6 +110,11 @@ pub trait DeviceSettings: Any + Debug + Send + Sync {
         None
     }
 
+    /// Whether the device sends or takes CAN FD frames: its link must carry them.
+    fn needs_fd(&self) -> bool {
+        false
+    }
+
     /// Longest time for which the driver holds a reading back to be sure of it.
     fn holds_back(&self) -> Duration {
         Duration::ZERO

@@ -25,7 +25,7 @@ mod setting;
 mod time;
 
 pub use bytes::{BytesError, bytes_of, shown, text_of};
-pub use can::{CanFrame, CanId, FrameError, RECORD_LEN};
+pub use can::{CanFrame, CanId, FD_LENGTHS, FD_RECORD_LEN, FdFlags, FrameError, RECORD_LEN};
 pub use channel::{Channel, Unit};
 pub use driver::{Command, Driver, Event, Fault, FaultKind, Input, Output};
 pub use family::{BusNumber, Capture, Carries, DeviceClock, DeviceSettings, Family, Proposal};

@@ -93,6 +93,64 @@ impl BitRate {
     }
 }
 
+/// A bit rate of the `Yn` command, for the data of CAN FD frames with BRS.
+///
+/// These four are in the command lists of both firmwares of the CANable 2 (normaldotcom/canable2-fw and
+/// Nakakiyo092/canable2-fw, README.md). Y0 and Y8 are in the second alone, and are not here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum DataBitRate {
+    /// Y1.
+    Mbps1,
+    /// Y2.
+    Mbps2,
+    /// Y4.
+    Mbps4,
+    /// Y5.
+    Mbps5,
+}
+
+/// A bit rate no `Yn` command sets.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[error("slcan has no data bit rate of {bits_per_s} bit/s; it has 1, 2, 4 and 5 Mbit/s")]
+pub struct UnsupportedDataBitRate {
+    /// What was asked for, in bit/s.
+    pub bits_per_s: u32,
+}
+
+impl DataBitRate {
+    /// All of them, in the order of their codes.
+    pub const ALL: [DataBitRate; 4] =
+        [DataBitRate::Mbps1, DataBitRate::Mbps2, DataBitRate::Mbps4, DataBitRate::Mbps5];
+
+    /// The bit rate in bit/s.
+    pub const fn bits_per_s(self) -> u32 {
+        (self.code() - b'0') as u32 * 1_000_000
+    }
+
+    /// The bit rate of exactly `bits_per_s`.
+    pub fn from_bits_per_s(bits_per_s: u32) -> Result<DataBitRate, UnsupportedDataBitRate> {
+        DataBitRate::ALL
+            .into_iter()
+            .find(|rate| rate.bits_per_s() == bits_per_s)
+            .ok_or(UnsupportedDataBitRate { bits_per_s })
+    }
+
+    /// The digit after `Y`: the rate in Mbit/s.
+    pub const fn code(self) -> u8 {
+        match self {
+            DataBitRate::Mbps1 => b'1',
+            DataBitRate::Mbps2 => b'2',
+            DataBitRate::Mbps4 => b'4',
+            DataBitRate::Mbps5 => b'5',
+        }
+    }
+
+    /// The bit rate of the digit after `Y`.
+    pub fn from_code(code: u8) -> Option<DataBitRate> {
+        DataBitRate::ALL.into_iter().find(|rate| rate.code() == code)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,6 +169,19 @@ mod tests {
         for rate in BitRate::ALL {
             assert_eq!(BitRate::from_bits_per_s(rate.bits_per_s()), Ok(rate));
             assert_eq!(BitRate::from_code(rate.code()), Some(rate));
+        }
+    }
+
+    #[test]
+    fn data_rates_are_those_of_both_firmwares() {
+        let codes = DataBitRate::ALL.map(|rate| (char::from(rate.code()), rate.bits_per_s()));
+        assert_eq!(codes, [('1', 1_000_000), ('2', 2_000_000), ('4', 4_000_000), ('5', 5_000_000)]);
+        assert_eq!(DataBitRate::from_code(b'0'), None);
+        assert!(
+            DataBitRate::from_bits_per_s(8_000_000).unwrap_err().to_string().contains("4 and 5")
+        );
+        for rate in DataBitRate::ALL {
+            assert_eq!(DataBitRate::from_bits_per_s(rate.bits_per_s()), Ok(rate));
         }
     }
 }

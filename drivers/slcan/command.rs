@@ -1,12 +1,14 @@
 //! Commands of a host to its adapter.
 
-use crate::{BitRate, CR, hex};
+use crate::{BitRate, CR, DataBitRate, hex};
 
 /// A command for an adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// `Sn`: bit rate of the bus. Only while the channel is closed.
     BitRate(BitRate),
+    /// `Yn`: bit rate of the data of CAN FD frames with BRS. Only while the channel is closed.
+    DataBitRate(DataBitRate),
     /// `sxxyy` or `sxxyyzz`: registers of the adapter's CAN controller. Only while the channel is closed.
     Registers {
         /// Two or three registers, the first in the highest byte used.
@@ -49,6 +51,7 @@ impl Command {
     pub fn encode(self, out: &mut Vec<u8>) {
         match self {
             Command::BitRate(rate) => out.extend([b'S', rate.code()]),
+            Command::DataBitRate(rate) => out.extend([b'Y', rate.code()]),
             Command::Registers { value, count } => {
                 out.push(b's');
                 hex::push(out, value, 2 * u32::from(count));
@@ -101,6 +104,7 @@ impl Command {
         }
         match letter {
             b'S' if rest.len() == 1 => BitRate::from_code(rest[0]).map(Command::BitRate),
+            b'Y' if rest.len() == 1 => DataBitRate::from_code(rest[0]).map(Command::DataBitRate),
             b's' if rest.len() == 4 || rest.len() == 6 => hex::number(rest)
                 .map(|value| Command::Registers { value, count: (rest.len() / 2) as u8 }),
             b'X' => switch().map(Command::AutoPoll),

@@ -1,6 +1,6 @@
 //! Bytes to lines to items.
 
-use asphera_link::{CanFrame, CanId};
+use asphera_link::{CanFrame, CanId, FD_LENGTHS, FdFlags};
 
 use crate::{AdapterStatus, BEL, CR, Command, Item, TIMESTAMP_MODULUS_MS, hex};
 
@@ -115,8 +115,10 @@ fn parse(line: &[u8], timestamps: Timestamps) -> Option<Item> {
         b'T' => frame(rest, Header::Extended, Kind::Data, timestamps),
         b'r' => frame(rest, Header::Standard, Kind::Remote, timestamps),
         b'R' => frame(rest, Header::Extended, Kind::Remote, timestamps),
-        b'd' | b'b' => flexible(rest, Header::Standard, timestamps),
-        b'D' | b'B' => flexible(rest, Header::Extended, timestamps),
+        b'd' => flexible(rest, Header::Standard, false, timestamps),
+        b'D' => flexible(rest, Header::Extended, false, timestamps),
+        b'b' => flexible(rest, Header::Standard, true, timestamps),
+        b'B' => flexible(rest, Header::Extended, true, timestamps),
         b'z' if rest.is_empty() => Some(Item::TransmitAck { extended: false }),
         b'Z' if rest.is_empty() => Some(Item::TransmitAck { extended: true }),
         b'V' if !rest.is_empty() => match *rest {
@@ -188,17 +190,24 @@ fn frame(rest: &[u8], header: Header, kind: Kind, timestamps: Timestamps) -> Opt
     Some(Item::Frame(frame.ok()?, timestamp))
 }
 
-/// A CAN FD line: checked like any other, so that noise is not taken for one, and then set aside.
-fn flexible(rest: &[u8], header: Header, timestamps: Timestamps) -> Option<Item> {
-    const LENGTHS: [usize; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64];
-    let whole = rest.len() as u64 + 2;
-    let (_, rest) = header.split(rest)?;
-    let (dlc, rest) = rest.split_at_checked(1)?;
-    let len = LENGTHS[hex::number(dlc)? as usize];
+/// A CAN FD line. It does not say whether the sender is error passive.
+fn flexible(
+    rest: &[u8],
+    header: Header,
+    bit_rate_switch: bool,
+    timestamps: Timestamps,
+) -> Option<Item> {
+    let (id, rest) = header.split(rest)?;
+    let (code, rest) = rest.split_at_checked(1)?;
+    let len = FD_LENGTHS[hex::number(code)? as usize];
     let (digits, tail) = rest.split_at_checked(2 * len)?;
-    timestamp(tail, timestamps)?;
+    let timestamp = timestamp(tail, timestamps)?;
     let mut data = [0; 64];
-    hex::bytes(digits, &mut data[..len]).then_some(Item::Unsupported { bytes: whole })
+    if !hex::bytes(digits, &mut data[..len]) {
+        return None;
+    }
+    let flags = FdFlags { bit_rate_switch, error_passive: false };
+    Some(Item::Frame(CanFrame::fd_frame(id, &data[..len], flags).ok()?, timestamp))
 }
 
 /// The time at the end of a frame's line: `None` if what stands there cannot be.

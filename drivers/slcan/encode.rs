@@ -7,7 +7,7 @@ use crate::{CR, hex};
 /// An adapter's clock counts ms from 0 to one less than this (0xEA5F), then starts again.
 pub const TIMESTAMP_MODULUS_MS: u16 = 60_000;
 
-/// Appends the line of a frame, in upper case, with its CR: at most 27 bytes.
+/// Appends the line of a frame, in upper case, with its CR: at most 27 bytes, of CAN FD 139. ESI has no letter, and is lost.
 pub fn encode(frame: &CanFrame, out: &mut Vec<u8>) {
     body(frame, out);
     out.push(CR);
@@ -23,17 +23,23 @@ pub fn encode_timestamped(frame: &CanFrame, timestamp_ms: u64, out: &mut Vec<u8>
 }
 
 fn body(frame: &CanFrame, out: &mut Vec<u8>) {
-    match (frame.id(), frame.is_remote()) {
-        (CanId::Standard(id), remote) => {
-            out.push(if remote { b'r' } else { b't' });
+    let [short, long] = match frame.fd() {
+        None if frame.is_remote() => *b"rR",
+        None => *b"tT",
+        Some(flags) if flags.bit_rate_switch => *b"bB",
+        Some(_) => *b"dD",
+    };
+    match frame.id() {
+        CanId::Standard(id) => {
+            out.push(short);
             hex::push(out, id.into(), 3);
         }
-        (CanId::Extended(id), remote) => {
-            out.push(if remote { b'R' } else { b'T' });
+        CanId::Extended(id) => {
+            out.push(long);
             hex::push(out, id, 8);
         }
     }
-    out.push(b'0' + frame.dlc() as u8);
+    hex::push(out, frame.dlc() as u32, 1);
     for &byte in frame.data() {
         hex::push(out, byte.into(), 2);
     }

@@ -8,7 +8,7 @@ use crate::Command;
 /// What one line, or one BEL, says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Item {
-    /// A frame, with the adapter's time in ms (0 to 59999, then 0 again) where the line carries one.
+    /// A frame, classic or CAN FD, with the adapter's time in ms (0 to 59999, then 0 again) where the line carries one.
     Frame(CanFrame, Option<u16>),
     /// An empty line: the last command was done.
     Ok,
@@ -32,11 +32,6 @@ pub enum Item {
     Status(AdapterStatus),
     /// A command for an adapter. A host sees one where two hosts share a null-modem.
     Command(Command),
-    /// A well-formed line that says something this crate does not do: a CAN FD frame (`d`, `D`, `b`, `B`).
-    Unsupported {
-        /// Bytes of the line with its CR.
-        bytes: u64,
-    },
     /// Bytes that are no line.
     Malformed {
         /// How many, with the CR if a CR ended them.

@@ -26,7 +26,9 @@
 //!   probability about 1/14. Receive overruns of a UART are such holes; TCP and USB have none.
 //! - **Pure noise** is a line with a probability of about 1.4e-10 a byte (the shortest, `t`/`r` + three
 //!   digits + length + CR; nine remote lengths and one data length, 1.4e-11 each).
-//! - **A frame cannot begin inside another one**: `t`, `T`, `r` and `R` are no hexadecimal digits.
+//! - **A classic frame cannot begin inside another one**: `t`, `T`, `r` and `R` are no hexadecimal digits. The letters of CAN FD
+//!   are: the tail of a damaged line may be one, if length and digits fit. A bus whose drivers read classic frames alone never
+//!   gives them such a frame.
 //! - **A length digit damaged by two**, or four digits lost, look like a timestamp appearing or
 //!   vanishing. Both are seen once the decoder knows which to expect ([`Timestamps::Always`] or
 //!   [`Timestamps::Never`]).
@@ -42,7 +44,7 @@ mod encode;
 mod hex;
 mod item;
 
-pub use bit_rate::{BitRate, UnsupportedBitRate};
+pub use bit_rate::{BitRate, DataBitRate, UnsupportedBitRate, UnsupportedDataBitRate};
 pub use command::Command;
 pub use decode::{Decoder, MAX_LINE, Timestamps};
 pub use encode::{TIMESTAMP_MODULUS_MS, encode, encode_timestamped};

@@ -14,6 +14,8 @@ use crate::BusError;
 pub struct Reader {
     /// The interface whose frames are wanted; `None`: those of all.
     interface: Option<String>,
+    /// Whether CAN FD frames are given.
+    gives_fd: bool,
     line: Vec<u8>,
     /// Bytes of the unfinished line, also of those that no longer fit.
     pending: u64,
@@ -26,7 +28,7 @@ pub struct Reader {
 /// Content of a line that somebody must know of.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Item {
-    /// A classic frame of the interface.
+    /// A frame of the interface: classic, or CAN FD where it is wanted.
     Frame(CanFrame),
     /// An error frame of the interface.
     BusError(BusError),
@@ -48,16 +50,23 @@ struct LeftOut {
 }
 
 impl Reader {
-    /// A reader before the first line. Without `interface` it takes the frames of every one.
+    /// A reader of classic frames before the first line. Without `interface` it takes the frames of every one.
     pub fn new(interface: Option<String>) -> Reader {
         Reader {
             interface,
+            gives_fd: false,
             line: Vec::new(),
             pending: 0,
             lines: 0,
             frames: 0,
             left_out: Vec::new(),
         }
+    }
+
+    /// The same reader, which gives CAN FD frames too where `gives_fd` says so.
+    #[must_use]
+    pub fn with_fd(self, gives_fd: bool) -> Reader {
+        Reader { gives_fd, ..self }
     }
 
     /// Bytes that wait for the end of their line.
@@ -111,13 +120,15 @@ impl Reader {
             return None;
         }
         Some(match line.content {
+            Content::Frame(frame) if frame.fd().is_some() && !self.gives_fd => {
+                self.leave_out(bytes, FLEXIBLE, &CLASSIC_ONLY)
+            }
             Content::Frame(frame) => {
                 self.frames += 1;
                 Item::Frame(frame)
             }
             Content::BusError(error) => Item::BusError(error),
-            Content::Flexible => self.leave_out(bytes, FLEXIBLE, &CLASSIC_ONLY),
-            Content::ExtraLong => self.leave_out(bytes, EXTRA_LONG, &CLASSIC_ONLY),
+            Content::ExtraLong => self.leave_out(bytes, EXTRA_LONG, &NO_XL),
         })
     }
 
@@ -144,3 +155,4 @@ const MALFORMED: &str = "no line of candump";
 const FLEXIBLE: &str = "a CAN FD frame";
 const EXTRA_LONG: &str = "a CAN XL frame";
 const CLASSIC_ONLY: &str = "drivers read classic frames alone, of up to 8 bytes";
+const NO_XL: &str = "no driver reads it";

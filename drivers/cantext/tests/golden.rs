@@ -3,7 +3,7 @@
 use asphera_cantext::candump::{self, Content, Line, MAX_LINE, Reader};
 use asphera_cantext::socketcand::{self, Client, Decoder, Event, MAX_ELEMENT};
 use asphera_cantext::{BusError, candump::Item as LogItem, socketcand::Item};
-use asphera_link::{CanFrame, CanId};
+use asphera_link::{CanFrame, CanId, FD_LENGTHS, FdFlags};
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
 
@@ -13,6 +13,10 @@ fn standard(id: u16, data: &[u8]) -> CanFrame {
 
 fn extended(id: u32, data: &[u8]) -> CanFrame {
     CanFrame::data_frame(CanId::Extended(id), data).expect("a good frame")
+}
+
+fn flexible(id: CanId, data: &[u8], bit_rate_switch: bool, error_passive: bool) -> CanFrame {
+    CanFrame::fd_frame(id, data, FdFlags { bit_rate_switch, error_passive }).expect("a good frame")
 }
 
 fn remote(id: CanId, len: usize) -> CanFrame {
@@ -49,9 +53,21 @@ fn frames_of_can_utils() {
     for (text, frame) in cases {
         assert_eq!(content(text), Some(Content::Frame(frame)), "{text}");
     }
-    for text in ["123##0112233", "123##1112233", "123##2112233", "123##3", "12345678##111"] {
-        assert_eq!(content(text), Some(Content::Flexible), "{text}");
+    // `##`, then a digit of flags: CANFD_BRS 1, CANFD_ESI 2, and CANFD_FDF 4, which newer kernels add.
+    let short = CanId::Standard(0x123);
+    let bytes = [0x11, 0x22, 0x33];
+    for (text, frame) in [
+        ("123##0112233", flexible(short, &bytes, false, false)),
+        ("123##1112233", flexible(short, &bytes, true, false)),
+        ("123##2112233", flexible(short, &bytes, false, true)),
+        ("123##5112233", flexible(short, &bytes, true, false)),
+        ("123##3", flexible(short, &[], true, true)),
+        ("12345678##111", flexible(CanId::Extended(0x1234_5678), &[0x11], true, false)),
+    ] {
+        assert_eq!(content(text), Some(Content::Frame(frame)), "{text}");
     }
+    // No CAN FD frame has nine bytes.
+    assert_eq!(content("123##0112233445566778899"), None);
     assert_eq!(content("45123#81:00:12345678#11223344.556677"), Some(Content::ExtraLong));
     assert_eq!(content("20000040#0000000000000000"), Some(Content::BusError(BusError(0x40))));
     // "error frame with CAN_ERR_FLAG set", whatever the bits of the class.
@@ -140,6 +156,14 @@ fn a_log_is_read_by_interface_and_every_line_left_out_has_its_number() {
         reader.summary(),
         "2 frames in 8 lines; 1 times no line of candump, first in line 4; 2 times a CAN FD frame, first in line 5"
     );
+    let with_fd = items(&mut Reader::new(None).with_fd(true), LOG.as_bytes());
+    assert!(with_fd.contains(&LogItem::Frame(flexible(
+        CanId::Standard(0x123),
+        &[0x11],
+        true,
+        true
+    ))));
+    assert_eq!(with_fd.iter().filter(|item| matches!(item, LogItem::Frame(_))).count(), 5);
     let all = items(&mut Reader::new(None), LOG.as_bytes());
     assert_eq!(all.iter().filter(|item| matches!(item, LogItem::Frame(_))).count(), 3);
 }
@@ -278,6 +302,21 @@ proptest! {
         let line = Line::parse(log.trim_end().as_bytes()).unwrap();
         prop_assert_eq!(line.content, Content::Frame(frame));
         prop_assert_eq!(line.time_ns, 1_436_509_052_249_713_000);
+    }
+
+    #[test]
+    fn every_fd_frame_survives_a_log(
+        id in 0_u32..0x2000_0000, short: bool, len in prop::sample::select(FD_LENGTHS.to_vec()),
+        data in prop::collection::vec(any::<u8>(), 64), switch: bool, passive: bool,
+    ) {
+        let id = if short { CanId::Standard((id & 0x7FF) as u16) } else { CanId::Extended(id) };
+        let frame = flexible(id, &data[..len], switch, passive);
+        let mut log = String::new();
+        candump::encode(5, "can0", &frame, &mut log);
+        prop_assert_eq!(Line::parse(log.trim_end().as_bytes()).unwrap().content, Content::Frame(frame));
+        let mut out = Vec::new();
+        socketcand::encode(&frame, &mut out);
+        prop_assert!(out.is_empty(), "the protocol has no command for it");
     }
 
     #[test]

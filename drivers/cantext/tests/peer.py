@@ -5,11 +5,15 @@ import sys
 
 import can
 
+LENGTHS = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64]
+
 
 def messages():
     """Frames of every kind that python-can writes, 1 ms apart."""
     for k in range(200):
         kind = k % 8
+        # 25 frames of CAN FD, in each length, with all flags.
+        length = LENGTHS[k // 8 % 16] if kind == 7 else k % 9
         yield can.Message(
             timestamp=1436509052.249713 + k * 1e-3,
             arbitration_id=0x185 + k if kind != 3 else 0x1ABCDE00 + k,
@@ -17,8 +21,9 @@ def messages():
             is_remote_frame=kind == 5,
             is_error_frame=kind == 6,
             is_fd=kind == 7,
-            bitrate_switch=kind == 7,
-            data=None if kind in (5, 6) else bytes((k + j) & 0xFF for j in range(12 if kind == 7 else k % 9)),
+            bitrate_switch=kind == 7 and k // 8 % 2 == 1,
+            error_state_indicator=kind == 7 and k // 8 % 4 > 1,
+            data=None if kind in (5, 6) else bytes((k + j) & 0xFF for j in range(length)),
             channel="can1" if kind == 4 else "can0",
             is_rx=kind != 2,
         )
@@ -33,7 +38,8 @@ def write(path):
 def read(path):
     """One line a message: microseconds, channel, kind, identifier, data."""
     for one in can.CanutilsLogReader(path):
-        kind = "error" if one.is_error_frame else "fd" if one.is_fd else "remote" if one.is_remote_frame else "data"
+        fd = "fd" + "-brs" * one.bitrate_switch + "-esi" * one.error_state_indicator
+        kind = "error" if one.is_error_frame else fd if one.is_fd else "remote" if one.is_remote_frame else "data"
         digits = 8 if one.is_extended_id else 3
         # What the reader does not give of an error frame is no part of the comparison.
         name = "" if kind == "error" else f"{one.arbitration_id:0{digits}X}"

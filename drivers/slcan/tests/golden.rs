@@ -1,8 +1,8 @@
 //! Lines from manuals and from other people's programs, and the laws of the codec.
 
-use asphera_link::{CanFrame, CanId};
+use asphera_link::{CanFrame, CanId, FD_LENGTHS, FdFlags};
 use asphera_slcan::{
-    AdapterStatus, BitRate, Command, Decoder, Item, MAX_LINE, Timestamps, encode,
+    AdapterStatus, BitRate, Command, DataBitRate, Decoder, Item, MAX_LINE, Timestamps, encode,
     encode_timestamped,
 };
 use proptest::prelude::*;
@@ -125,7 +125,9 @@ fn every_command_is_read_back() {
         Command::Uart(1),
         Command::FilterMode(2),
     ];
-    for command in commands.into_iter().chain(BitRate::ALL.map(Command::BitRate)) {
+    let rates = BitRate::ALL.map(Command::BitRate).into_iter();
+    let rates = rates.chain(DataBitRate::ALL.map(Command::DataBitRate));
+    for command in commands.into_iter().chain(rates) {
         let mut out = Vec::new();
         command.encode(&mut out);
         assert_eq!(items(&mut Decoder::new(), &out), [Item::Command(command)]);
@@ -137,14 +139,38 @@ fn lower_case_is_read() {
     assert_eq!(line("t1852abcd\r"), Item::Frame(standard(0x185, &[0xAB, 0xCD]), None));
 }
 
+fn flexible(id: CanId, data: &[u8], bit_rate_switch: bool) -> CanFrame {
+    let flags = FdFlags { bit_rate_switch, error_passive: false };
+    CanFrame::fd_frame(id, data, flags).expect("a good frame")
+}
+
+/// The forms and length codes of both READMEs of the CANable 2 firmware: `dIIILDD…`, `DIIIIIIIILDD…`, `bIIILDD…`, `BIIIIIIIILDD…`;
+/// `9` is 12 bytes.
 #[test]
-fn can_fd_is_counted_and_never_misread() {
-    // Twelve bytes (length code 9), as python-can writes them.
-    assert_eq!(line("d1239000102030405060708090A0B\r"), Item::Unsupported { bytes: 30 });
+fn can_fd_lines_are_frames() {
+    let data: Vec<u8> = (0..12).collect();
+    let cases = [
+        ("d1239000102030405060708090A0B\r", flexible(CanId::Standard(0x123), &data, false)),
+        ("b1239000102030405060708090A0B\r", flexible(CanId::Standard(0x123), &data, true)),
+        ("D12ABCDEF2AA55\r", flexible(CanId::Extended(0x12AB_CDEF), &[0xAA, 0x55], false)),
+        ("B12ABCDEF0\r", flexible(CanId::Extended(0x12AB_CDEF), &[], true)),
+    ];
+    for (text, frame) in cases {
+        assert_eq!(line(text), Item::Frame(frame, None));
+        assert_eq!(encoded(&frame), text);
+    }
     let longest = format!("B12ABCDEFF{}EA5F\r", "5A".repeat(64));
     assert_eq!(longest.len(), MAX_LINE + 1);
-    assert_eq!(line(&longest), Item::Unsupported { bytes: 143 });
+    let frame = flexible(CanId::Extended(0x12AB_CDEF), &[0x5A; 64], true);
+    assert_eq!(line(&longest), Item::Frame(frame, Some(59_999)));
     assert_eq!(line("d12390001\r"), Item::Malformed { bytes: 10 });
+    for (code, len) in "0123456789ABCDEF".chars().zip(FD_LENGTHS) {
+        let text = format!("d185{code}{}\r", "3C".repeat(len));
+        assert_eq!(
+            line(&text),
+            Item::Frame(flexible(CanId::Standard(0x185), &vec![0x3C; len], false), None)
+        );
+    }
 }
 
 #[test]
@@ -161,6 +187,9 @@ fn what_is_almost_a_frame_is_none() {
         "r12300\r",            // Remote with data.
         "t123\r",              // No length.
         "S9\r",                // No such bit rate.
+        "Y3\r",                // No such data bit rate.
+        "d12G0\r",             // No digit.
+        "b1232112\r",          // Half a byte.
         "Z2\r",                // No such switch.
         "V\u{e9}03\r",         // No letters.
         "\n\r",                // LF is no part of the protocol.
@@ -213,13 +242,19 @@ fn any_frame() -> impl Strategy<Value = CanFrame> {
         (0..=0x7FF_u16).prop_map(CanId::Standard),
         (0..=0x1FFF_FFFF_u32).prop_map(CanId::Extended)
     ];
-    (id, prop::collection::vec(any::<u8>(), 0..=8), any::<bool>()).prop_map(|(id, data, remote)| {
-        if remote {
-            CanFrame::remote_frame(id, data.len()).expect("at most eight bytes")
-        } else {
-            CanFrame::data_frame(id, &data).expect("at most eight bytes")
-        }
-    })
+    let classic = (id.clone(), prop::collection::vec(any::<u8>(), 0..=8), any::<bool>()).prop_map(
+        |(id, data, remote)| {
+            if remote {
+                CanFrame::remote_frame(id, data.len()).expect("at most eight bytes")
+            } else {
+                CanFrame::data_frame(id, &data).expect("at most eight bytes")
+            }
+        },
+    );
+    let len = prop::sample::select(FD_LENGTHS.to_vec());
+    let flexible = (id, len, prop::collection::vec(any::<u8>(), 64), any::<bool>())
+        .prop_map(|(id, len, data, switch)| flexible(id, &data[..len], switch));
+    prop_oneof![2 => classic, 1 => flexible]
 }
 
 /// Bytes as a bad line brings them: pieces of lines and noise.
@@ -277,7 +312,7 @@ proptest! {
             let pending = decoder.pending();
             if let Some(item) = decoder.decode(&mut rest) {
                 let taken = pending + (before - rest.len()) as u64;
-                if let Item::Malformed { bytes } | Item::Unsupported { bytes } = item {
+                if let Item::Malformed { bytes } = item {
                     prop_assert_eq!(bytes, taken);
                 }
                 counted += taken;

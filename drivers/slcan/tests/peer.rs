@@ -7,7 +7,7 @@ use std::io::Read as _;
 use std::net::TcpListener;
 use std::process::{Command as Process, Stdio};
 
-use asphera_link::{CanFrame, CanId};
+use asphera_link::{CanFrame, CanId, FdFlags};
 use asphera_slcan::{BitRate, Command, Decoder, Item};
 
 #[expect(clippy::print_stderr, reason = "what is skipped must be seen")]
@@ -52,14 +52,14 @@ fn lines_of_python_can_are_understood() {
 
     let mut expected = Vec::new();
     for len in [0_u16, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64] {
-        for (id, digits) in
-            [(CanId::Standard(0x185 + len), 3), (CanId::Extended(0x1ABC_DE00 + u32::from(len)), 8)]
-        {
-            // A letter, the identifier, the length, the data and CR.
-            let flexible = Item::Unsupported { bytes: 1 + digits + 1 + 2 * u64::from(len) + 1 };
-            expected.extend([flexible, flexible]);
+        for id in [CanId::Standard(0x185 + len), CanId::Extended(0x1ABC_DE00 + u32::from(len))] {
+            let data: Vec<u8> = (0..len).map(|k| (31 * k + len) as u8).collect();
+            for bit_rate_switch in [false, true] {
+                let flags = FdFlags { bit_rate_switch, error_passive: false };
+                let frame = CanFrame::fd_frame(id, &data, flags).expect("a length of CAN FD");
+                expected.push(Item::Frame(frame, None));
+            }
             if len <= 8 {
-                let data: Vec<u8> = (0..len).map(|k| (31 * k + len) as u8).collect();
                 expected.push(Item::Frame(CanFrame::data_frame(id, &data).expect("8 bytes"), None));
             }
         }
