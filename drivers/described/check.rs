@@ -18,13 +18,19 @@ pub(crate) fn settings(settings: &Settings) -> Vec<Problem> {
     for (index, field) in settings.fields.iter().enumerate() {
         self::field(&mut problems, &format!("field[{index}]"), field, settings);
     }
-    let number = |is: fn(&Role) -> bool| settings.fields.iter().filter(|f| is(&f.role)).count();
-    let channels = number(|role| *role == Role::Channel);
-    if channels == 0 && settings.profile.is_none() {
-        problems.push(Problem::new("field", "at least one with the role channel", "none"));
-    }
+    numbers(&mut problems, &settings.fields, settings.profile.is_some());
     if let Some(profile) = &settings.profile {
         problems.extend(profile.problems(settings));
+    }
+    problems
+}
+
+/// How many fields of each role there may be.
+pub(crate) fn numbers(problems: &mut Vec<Problem>, fields: &[Field], has_profile: bool) {
+    let number = |is: fn(&Role) -> bool| fields.iter().filter(|field| is(&field.role)).count();
+    let channels = number(|role| *role == Role::Channel);
+    if channels == 0 && !has_profile {
+        problems.push(Problem::new("field", "at least one with the role channel", "none"));
     }
     if channels > MAX_CHANNELS {
         problems.push(Problem::new("field", format!("at most {MAX_CHANNELS} channels"), channels));
@@ -35,7 +41,6 @@ pub(crate) fn settings(settings: &Settings) -> Vec<Problem> {
     if number(|role| *role == Role::DeviceTime) > 1 {
         problems.push(Problem::new("field", "one with the role device-time", "several"));
     }
-    problems
 }
 
 fn framing(problems: &mut Vec<Problem>, settings: &Settings) {
@@ -153,7 +158,8 @@ fn layout(problems: &mut Vec<Problem>, settings: &Settings) {
     }
 }
 
-fn names(problems: &mut Vec<Problem>, fields: &[Field]) {
+/// Each field has a name of its own.
+pub(crate) fn names(problems: &mut Vec<Problem>, fields: &[Field]) {
     let mut known = BTreeSet::new();
     for (index, field) in fields.iter().enumerate() {
         let key = format!("field[{index}].name");
@@ -173,6 +179,15 @@ fn field(problems: &mut Vec<Problem>, key: &str, field: &Field, settings: &Setti
     let mut wrong = |name: &str, expected: &str, found: String| {
         problems.push(Problem::new(format!("{key}.{name}"), expected, found));
     };
+    worth(&mut wrong, field);
+    if field.role == Role::Bits && matches!(field.form, Form::Single(_) | Form::Double(_)) {
+        wrong("form", "a whole number, for bits", "a float".to_owned());
+    }
+    place(&mut wrong, field, settings);
+}
+
+/// What a number is worth, wherever it stands.
+pub(crate) fn worth(wrong: &mut impl FnMut(&str, &str, String), field: &Field) {
     if field.scale == 0.0 || !field.scale.is_finite() {
         wrong("scale", "a number, not 0", field.scale.to_string());
     }
@@ -201,11 +216,7 @@ fn field(problems: &mut Vec<Problem>, key: &str, field: &Field, settings: &Setti
         if let Some(text) = field.flagged.iter().flat_map(|f| &f.texts).find(|text| !is_bit(text)) {
             wrong("role", "flags of numbers of bits, 0 to 31", format!("{text:?}"));
         }
-        if matches!(field.form, Form::Single(_) | Form::Double(_)) {
-            wrong("form", "a whole number, for bits", "a float".to_owned());
-        }
     }
-    place(&mut wrong, field, settings);
 }
 
 fn place(wrong: &mut impl FnMut(&str, &str, String), field: &Field, settings: &Settings) {

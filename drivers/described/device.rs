@@ -18,7 +18,7 @@ use crate::settings::{Hello, Poll, Refusal, Settings};
 const ATTEMPTS: u8 = 2;
 
 /// Polls without an answer after which the link is opened anew.
-const MOST_SILENT: u32 = 5;
+pub(crate) const MOST_SILENT: u32 = 5;
 
 /// A device described by [`Settings`].
 ///
@@ -529,6 +529,6 @@ fn no_reading(frame: &[u8], why: &NoReading) -> String {
     format!("`{}` {why}: check baud rate and settings", shown(frame))
 }
 
-fn millis(ms: u32) -> Duration {
+pub(crate) fn millis(ms: u32) -> Duration {
     Duration::from_millis(ms.into())
 }

@@ -10,6 +10,7 @@ use asphera_settings::Section;
 mod profile;
 
 use crate::Described;
+use crate::can;
 use crate::checksum::{Algorithm, Checksum, Digits};
 use crate::field::{FLAGS, Field, Flagged, Place, Role};
 use crate::framing::{End, Framing};
@@ -18,11 +19,14 @@ use crate::pattern::Pattern;
 use crate::propose::propose;
 use crate::settings::{ErrorQueue, Hello, Layout, Poll, Refusal, Settings};
 
-/// Devices described in the configuration: `driver = "described"`, on a serial line, TCP or UDP.
+/// Devices described in the configuration: `driver = "described"`, on a serial line, TCP, UDP or a CAN bus.
 pub const FAMILY: Family = Family {
     name: "described",
     carries: Carries::Bytes,
-    settings: |table| read(table).map(|settings| Box::new(settings) as _),
+    settings: |table| match table.get::<String>("frame").as_deref() {
+        Some("can") => can::read(table).map(|settings| Box::new(settings) as _),
+        _ => read(table).map(|settings| Box::new(settings) as _),
+    },
     propose: Some(propose),
 };
 
@@ -73,7 +77,9 @@ fn read(table: &Section<'_>) -> Option<Settings> {
 }
 
 fn framing(table: &Section<'_>) -> Option<Framing> {
-    let is_record = table.word("frame", false, &[("line", false), ("record", true)]);
+    // Tables with the word `can` are read elsewhere.
+    let is_record =
+        table.word("frame", false, &[("line", false), ("record", true), ("can", false)]);
     let begin = table.has("begin").then(|| bytes(table, "begin"));
     let begin = begin.map_or(Some(Vec::new()), |begin| begin);
     if is_record {
@@ -141,9 +147,16 @@ fn form(table: &Section<'_>) -> Form {
 }
 
 fn field(table: &Section<'_>) -> Option<Field> {
-    let name = table.required("name");
     let place = place(table);
     let form = form(table);
+    let field = meaning(table, place, form);
+    table.finish();
+    field
+}
+
+/// What a number means, wherever it stands.
+pub(crate) fn meaning(table: &Section<'_>, place: Option<Place>, form: Form) -> Option<Field> {
+    let name = table.required("name");
     let units: Vec<(&str, Unit)> = Unit::ALL.iter().map(|unit| (unit.symbol(), *unit)).collect();
     let role = role(table);
     let ordinary = if matches!(role, Some(Role::DeviceTime)) { Unit::Second } else { Unit::One };
@@ -156,7 +169,6 @@ fn field(table: &Section<'_>) -> Option<Field> {
     });
     let flagged = flagged.collect();
     let (scale, offset) = (table.or("scale", 1.0), table.or("offset", 0.0));
-    table.finish();
     Some(Field {
         name: name?,
         place: place?,
@@ -242,7 +254,7 @@ fn refusal(table: &Section<'_>) -> Option<Refusal> {
 }
 
 #[expect(clippy::option_option, reason = "outer: unusable; inner: none asked for")]
-fn optional<T>(
+pub(crate) fn optional<T>(
     table: &Section<'_>,
     key: &str,
     read: impl Fn(&Section<'_>) -> Option<T>,
@@ -257,7 +269,7 @@ fn optional<T>(
 }
 
 /// Bytes in the notation of [`bytes_of`].
-fn bytes(table: &Section<'_>, key: &str) -> Option<Vec<u8>> {
+pub(crate) fn bytes(table: &Section<'_>, key: &str) -> Option<Vec<u8>> {
     let text: String = table.required(key)?;
     let wrong = |error| table.problem(key, "bytes: text, \\r, \\n, \\t, \\\\ or \\xHH", error);
     bytes_of(&text).map_err(wrong).ok()
@@ -300,13 +312,7 @@ impl DeviceSettings for Settings {
         let field = self.fields.iter().find(|field| field.role == Role::DeviceTime)?;
         // Of whole numbers the field says where they end; of digits nobody knows.
         let Form::Unsigned(bytes, _) = field.form else { return Some(DeviceClock::default()) };
-        let tick_ns = field.scale * 1e9;
-        let wraps_ns = tick_ns * 256_f64.powi(bytes.into());
-        let is_whole = (1.0..1e19).contains(&wraps_ns);
-        Some(DeviceClock {
-            wraps_ns: is_whole.then(|| wraps_ns.round() as u64),
-            tick_ns: tick_ns.abs().round() as u64,
-        })
+        Some(DeviceClock::counter(field.scale, 8 * i32::from(bytes)))
     }
 
     fn driver(&self) -> Result<Box<dyn Driver>, Vec<Problem>> {

@@ -2,7 +2,8 @@
 //!
 //! Many gauges send a line of text or a record of bytes for each value, by themselves or when asked. [`Described`]
 //! is an [`asphera_link::Driver`] for them; there is no code per device. [`Settings`] say how frames are told
-//! apart, what guards them, where each number stands and what it is worth.
+//! apart, what guards them, where each number stands and what it is worth. [`CanGauge`] is the same for a device on a
+//! CAN bus, whose numbers are bits of a frame.
 //!
 //! [`FAMILY`] also proposes such settings for bytes that were captured.
 //!
@@ -11,6 +12,7 @@
 #![forbid(unsafe_code)]
 
 mod assemble;
+mod can;
 mod check;
 mod checksum;
 mod device;
@@ -23,6 +25,7 @@ mod profile;
 mod propose;
 mod settings;
 
+pub use can::{BitOrder, CanField, CanGauge, CanPoll, CanSettings, Signal, SignalForm};
 pub use checksum::{Algorithm, Checksum, Digits};
 pub use device::{Described, Tally};
 pub use family::FAMILY;

@@ -110,6 +110,11 @@ pub trait DeviceSettings: Any + Debug + Send + Sync {
         None
     }
 
+    /// What the link must carry, where that depends on the settings; `None`: what [`Family::carries`] says.
+    fn carries(&self) -> Option<Carries> {
+        None
+    }
+
     /// Whether the device sends or takes CAN FD frames: its link must carry them.
     fn needs_fd(&self) -> bool {
         false
@@ -135,6 +140,19 @@ pub struct DeviceClock {
     pub wraps_ns: Option<u64>,
     /// Time of one step, ns; 0 where that is not known or does not matter.
     pub tick_ns: u64,
+}
+
+impl DeviceClock {
+    /// The clock of a whole number of `bits` bits whose steps are `step_s` long.
+    pub fn counter(step_s: f64, bits: i32) -> DeviceClock {
+        let tick_ns = step_s * 1e9;
+        let wraps_ns = tick_ns * 2_f64.powi(bits);
+        let is_whole = (1.0..1e19).contains(&wraps_ns);
+        DeviceClock {
+            wraps_ns: is_whole.then(|| wraps_ns.round() as u64),
+            tick_ns: tick_ns.abs().round() as u64,
+        }
+    }
 }
 
 /// Number of a device on a bus.

@@ -82,7 +82,8 @@ pub(super) fn read(name: String, table: &Section<'_>, links: &[String]) -> Optio
     table.finish();
     let family = family?;
     let settings = family.read(&settings)?;
-    let (channels, carries) = (settings.channels(), family.carries);
+    let carries = settings.carries().unwrap_or(family.carries);
+    let channels = settings.channels();
     Some(DeviceConfig { name, link: link?, carries, settings: settings.into(), channels })
 }
 
