@@ -7,10 +7,10 @@ use std::fmt;
 pub struct BusError(pub u32);
 
 /// Flag of an error frame in the identifier of Linux (`CAN_ERR_FLAG`).
-pub(crate) const ERROR_FLAG: u32 = 0x2000_0000;
+pub const ERROR_FLAG: u32 = 0x2000_0000;
 
 /// Words of each class, from bit 0 on.
-const CLASSES: [&str; 9] = [
+const CLASSES: [&str; 10] = [
     "transmission timed out",
     "arbitration lost",
     "trouble of the controller",
@@ -20,6 +20,7 @@ const CLASSES: [&str; 9] = [
     "bus off",
     "bus error",
     "restarted after bus off",
+    "counted errors",
 ];
 
 impl fmt::Display for BusError {

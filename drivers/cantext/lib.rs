@@ -13,7 +13,9 @@
 
 mod bus_error;
 pub mod candump;
+mod error_frame;
 mod hex;
 pub mod socketcand;
 
-pub use bus_error::BusError;
+pub use bus_error::{BusError, ERROR_FLAG};
+pub use error_frame::{BusState, ErrorFrame};

@@ -38,7 +38,8 @@ pub enum Endpoint {
         /// everybody's are taken, and nothing can be sent.
         peer: Option<String>,
     },
-    /// A CAN interface of the Linux kernel. Received chunks are records of 16 bytes, one a frame.
+    /// A CAN interface of the Linux kernel. Received chunks are records, one a frame
+    /// ([`asphera_link::CanFrame::to_record`]).
     SocketCan {
         /// Name of the network interface: `can0`.
         interface: String,

@@ -3,7 +3,7 @@
 use std::io;
 use std::time::Duration;
 
-use asphera_link::{CanFrame, RECORD_LEN};
+use asphera_link::CanFrame;
 use tokio::io::{AsyncReadExt as _, AsyncWrite, AsyncWriteExt as _};
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
@@ -47,7 +47,7 @@ pub enum What {
         /// The connection's epoch: 1, 2, 3 …
         epoch: u64,
     },
-    /// Bytes arrived; for SocketCAN whole records of 16 bytes, of two connections an
+    /// Bytes arrived; for SocketCAN the whole record of a frame, of two connections an
     /// [`asphera_link::Connection::chunk`], of a log a line. Never empty.
     Received(Vec<u8>),
     /// The CAN controller reports trouble on the bus. The connection stays.
@@ -320,8 +320,8 @@ impl Worker {
             tokio::select! {
                 received = port.receive() => {
                     let what = match received {
-                        Ok(Received::Frame(frame)) => What::Received(frame.to_record().to_vec()),
-                        Ok(Received::BusError(error)) => What::BusError(error),
+                        Ok(Received::Record(record)) => What::Received(record),
+                        Ok(Received::BusError(error)) => What::BusError(error.to_string()),
                         Err(error) => return End::Closed(format!("reading failed: {error}")),
                     };
                     if !self.tell(what).await {
@@ -329,16 +329,8 @@ impl Worker {
                     }
                 }
                 command = self.commands.recv() => match self.act(command) {
-                    Act::Send(bytes) => for record in bytes.chunks(RECORD_LEN) {
-                        let frame = match CanFrame::from_record(record) {
-                            Ok(frame) => frame,
-                            Err(error) => return End::Closed(format!("writing failed: {error}")),
-                        };
-                        match timeout(WRITE_TIMEOUT, port.send(&frame)).await {
-                            Ok(Ok(())) => {}
-                            Ok(Err(error)) => return End::Closed(format!("writing failed: {error}")),
-                            Err(_) => return End::Closed(format!("writing stalled for {WRITE_TIMEOUT:?}")),
-                        }
+                    Act::Send(bytes) => if let Some(end) = send_records(&port, &bytes).await {
+                        return end;
                     },
                     Act::Nothing => {}
                     Act::End(end) => return end,
@@ -395,6 +387,24 @@ enum Act {
     Send(Vec<u8>),
     Nothing,
     End(End),
+}
+
+/// Sends the frames of records one after the other. Why the connection is over, if it is.
+async fn send_records(port: &CanPort, mut bytes: &[u8]) -> Option<End> {
+    while !bytes.is_empty() {
+        let (record, after) = CanFrame::split_record(bytes);
+        bytes = after;
+        let frame = match CanFrame::from_record(record) {
+            Ok(frame) => frame,
+            Err(error) => return Some(End::Closed(format!("writing failed: {error}"))),
+        };
+        match timeout(WRITE_TIMEOUT, port.send(&frame)).await {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => return Some(End::Closed(format!("writing failed: {error}"))),
+            Err(_) => return Some(End::Closed(format!("writing stalled for {WRITE_TIMEOUT:?}"))),
+        }
+    }
+    None
 }
 
 /// The first bytes in hex, for the trace.

@@ -1,36 +1,37 @@
 //! CAN interfaces of the Linux kernel.
 
-use std::io;
+use std::io::{self, Read as _, Write as _};
 use std::time::Duration;
 
-use asphera_link::{CanFrame, CanId};
+use asphera_cantext::{ERROR_FLAG, ErrorFrame};
+use asphera_link::{CanFrame, FD_RECORD_LEN, RECORD_LEN};
 use rustix::io::Errno;
-use socketcan::{
-    CanSocket, EmbeddedFrame as _, ExtendedId, Id, Socket as _, SocketOptions as _, StandardId,
-};
+use socketcan::{CanFdSocket, Socket as _, SocketOptions as _};
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 use tokio::time::sleep;
 
 use crate::OpenError;
 
-/// An open CAN socket.
+/// An open CAN socket, for classic frames and those of CAN FD.
 pub(crate) struct CanPort {
-    socket: AsyncFd<CanSocket>,
+    interface: String,
+    socket: AsyncFd<CanFdSocket>,
 }
 
 /// What a CAN socket gives.
+#[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Received {
-    /// A data or remote frame.
-    Frame(CanFrame),
+    /// Record of a data or remote frame ([`CanFrame::to_record`]).
+    Record(Vec<u8>),
     /// The controller reports trouble on the bus.
-    BusError(String),
+    BusError(ErrorFrame),
 }
 
 impl CanPort {
     pub(crate) fn open(interface: &str) -> Result<CanPort, OpenError> {
         let failed = |source| OpenError::SocketCan { interface: interface.to_owned(), source };
-        let socket = CanSocket::open(interface).map_err(failed)?;
+        let socket = CanFdSocket::open(interface).map_err(failed)?;
         // An interface that is down can be bound all the same; that it is down stands in the socket's error.
         if let Some(down) = socket.as_raw_socket().take_error().map_err(failed)? {
             return Err(failed(down));
@@ -45,60 +46,130 @@ impl CanPort {
             reason = "its successor `register` is unsafe for descriptors that are closed or replaced behind it; nobody but `CanPort` has this one"
         )]
         let socket = AsyncFd::new(socket).map_err(failed)?;
-        Ok(CanPort { socket })
+        Ok(CanPort { interface: interface.to_owned(), socket })
     }
 
     pub(crate) async fn receive(&self) -> io::Result<Received> {
         // An interface that goes down is an error to the poll, and not readable.
         let interest = Interest::READABLE | Interest::ERROR;
-        let frame = self.socket.async_io(interest, CanSocket::read_frame).await?;
-        let (remote, len) = match &frame {
-            socketcan::CanFrame::Data(frame) => (false, frame.dlc()),
-            socketcan::CanFrame::Remote(frame) => (true, frame.dlc()),
-            socketcan::CanFrame::Error(error) => {
-                return Ok(Received::BusError(error.into_error().to_string()));
-            }
-        };
-        let id = match frame.id() {
-            Id::Standard(id) => CanId::Standard(id.as_raw()),
-            Id::Extended(id) => CanId::Extended(id.as_raw()),
-        };
-        let frame = if remote {
-            CanFrame::remote_frame(id, len)
-        } else {
-            CanFrame::data_frame(id, frame.data())
-        };
-        frame.map(Received::Frame).map_err(io::Error::other)
+        let mut bytes = [0; FD_RECORD_LEN];
+        let read = |from: &CanFdSocket| from.as_raw_socket().read(&mut bytes);
+        let count = self.socket.async_io(interest, read).await?;
+        received(&bytes[..count])
     }
 
     /// Sends a frame; waits, without end, while the transmit queue is full.
     pub(crate) async fn send(&self, frame: &CanFrame) -> io::Result<()> {
-        let invalid =
-            || io::Error::new(io::ErrorKind::InvalidInput, format!("no CAN frame: {frame:?}"));
-        let id: Id = match frame.id() {
-            CanId::Standard(id) => StandardId::new(id).ok_or_else(invalid)?.into(),
-            CanId::Extended(id) => ExtendedId::new(id).ok_or_else(invalid)?.into(),
-        };
-        let frame = if frame.is_remote() {
-            socketcan::CanFrame::new_remote(id, frame.dlc())
-        } else {
-            socketcan::CanFrame::new(id, frame.data())
-        };
-        let frame = frame.ok_or_else(invalid)?;
+        let bytes = native(frame);
         loop {
-            match self.socket.async_io(Interest::WRITABLE, |to| to.write_frame(&frame)).await {
+            let write = |to: &CanFdSocket| to.as_raw_socket().write(&bytes);
+            match self.socket.async_io(Interest::WRITABLE, write).await {
                 // The queue of the interface is full, 10 frames as a rule. The kernel calls the socket
                 // writable all the same, so there is nothing to wait for but time.
                 Err(error) if error.raw_os_error() == Some(Errno::NOBUFS.raw_os_error()) => {
                     sleep(QUEUE_PAUSE).await;
                 }
-                sent => return sent,
+                Err(error) if frame.fd().is_some() && is_invalid(&error) => {
+                    return Err(io::Error::new(error.kind(), self.without_fd()));
+                }
+                Err(error) => return Err(error),
+                Ok(_) => return Ok(()),
             }
         }
     }
+
+    /// Why an interface refuses a CAN FD frame, and the cure.
+    fn without_fd(&self) -> String {
+        let name = &self.interface;
+        format!(
+            "{name} carries classic frames alone: `ip link set {name} type can bitrate … dbitrate … fd on` (of a vcan `mtu 72`)"
+        )
+    }
 }
 
+fn is_invalid(error: &io::Error) -> bool {
+    error.raw_os_error() == Some(Errno::INVAL.raw_os_error())
+}
+
+/// Content of a `struct can_frame` or `struct canfd_frame` of the kernel. Their sizes tell them apart.
+fn received(bytes: &[u8]) -> io::Result<Received> {
+    let mut record = bytes.to_vec();
+    let is_fd = match record.len() {
+        RECORD_LEN => false,
+        FD_RECORD_LEN => true,
+        len => return Err(io::Error::other(format!("the kernel gave a frame of {len} bytes"))),
+    };
+    let word = u32::from_ne_bytes([record[0], record[1], record[2], record[3]]);
+    if word & ERROR_FLAG != 0 {
+        let len = usize::from(record[4]).min(8);
+        return Ok(Received::BusError(ErrorFrame::new(word & 0x1FFF_FFFF, &record[8..8 + len])));
+    }
+    record[..4].copy_from_slice(&word.to_le_bytes());
+    // Older kernels leave FDF out; of a classic frame these three bytes are padding and the raw length code.
+    record[5] = if is_fd { record[5] | FDF } else { 0 };
+    record[6..8].fill(0);
+    Ok(Received::Record(record))
+}
+
+/// The same structures, to be sent.
+fn native(frame: &CanFrame) -> Vec<u8> {
+    let mut record = frame.to_record();
+    let word = u32::from_le_bytes([record[0], record[1], record[2], record[3]]);
+    record[..4].copy_from_slice(&word.to_ne_bytes());
+    record
+}
+
+/// `CANFD_FDF` of `<linux/can.h>`.
+const FDF: u8 = 4;
 /// Asked of the kernel, which gives what `net.core.rmem_max` allows. One frame takes about 760 bytes.
 const RECEIVE_BYTES: usize = 4 << 20;
 /// About the time of four frames at 500 kbit/s.
 const QUEUE_PAUSE: Duration = Duration::from_millis(1);
+
+#[cfg(test)]
+mod tests {
+    use asphera_cantext::BusState;
+    use asphera_link::{CanId, FdFlags};
+
+    use super::*;
+
+    /// `struct can_frame` of `<linux/can.h>`, with a raw length code of 14 in its last byte of padding.
+    #[test]
+    fn classic_frames_of_the_kernel() {
+        let mut bytes = [0; RECORD_LEN];
+        bytes[..4].copy_from_slice(&0x185_u32.to_ne_bytes());
+        bytes[4..8].copy_from_slice(&[8, 0, 0, 14]);
+        bytes[8..].copy_from_slice(&[1, 2, 3, 4, 5, 6, 7, 8]);
+        let Received::Record(record) = received(&bytes).unwrap() else { panic!("no frame") };
+        let frame =
+            CanFrame::data_frame(CanId::Standard(0x185), &[1, 2, 3, 4, 5, 6, 7, 8]).unwrap();
+        assert_eq!(CanFrame::from_record(&record), Ok(frame));
+        assert_eq!(native(&frame)[..7], bytes[..7]);
+    }
+
+    /// `struct canfd_frame`, from a kernel that does not set CANFD_FDF.
+    #[test]
+    fn fd_frames_of_the_kernel() {
+        let mut bytes = [0; FD_RECORD_LEN];
+        bytes[..4].copy_from_slice(&(0x8000_0000_u32 | 0x1234_5678).to_ne_bytes());
+        bytes[4..6].copy_from_slice(&[2, 1]);
+        bytes[8..10].copy_from_slice(&[0xAA, 0x55]);
+        let Received::Record(record) = received(&bytes).unwrap() else { panic!("no frame") };
+        let flags = FdFlags { bit_rate_switch: true, error_passive: false };
+        let id = CanId::Extended(0x1234_5678);
+        let frame = CanFrame::fd_frame(id, &[0xAA, 0x55], flags).unwrap();
+        assert_eq!(CanFrame::from_record(&record), Ok(frame));
+        assert_eq!(native(&frame).len(), FD_RECORD_LEN);
+    }
+
+    /// `<linux/can/error.h>`: CAN_ERR_FLAG | CAN_ERR_BUSOFF; eight bytes of data always.
+    #[test]
+    fn error_frames_of_the_kernel() {
+        let mut bytes = [0; RECORD_LEN];
+        bytes[..4].copy_from_slice(&0x2000_0040_u32.to_ne_bytes());
+        bytes[4] = 8;
+        let Received::BusError(error) = received(&bytes).unwrap() else { panic!("a frame") };
+        assert_eq!(error.state(), Some(BusState::Off));
+        assert!(received(&bytes[..15]).is_err());
+    }
+}

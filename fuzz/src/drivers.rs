@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use asphera_link::{
     CanFrame, Capture, Carries, Command, Driver, Event, Family, Fault, Input, Motion, Nanos,
-    RECORD_LEN, Reading,
+    Reading,
 };
 
 /// Gives an input to a driver and checks what came out of it.
@@ -187,9 +187,16 @@ impl Machine {
                 self.driver.receive(self.now, input);
             }
         } else if self.carries == Carries::CanFrames {
-            for record in bytes.chunks_exact(RECORD_LEN) {
-                if let Ok(frame) = CanFrame::from_record(record) {
-                    self.driver.receive(self.now, Input::Frame(&frame));
+            let mut left = bytes;
+            while !left.is_empty() {
+                let (record, after) = CanFrame::split_record(left);
+                left = after;
+                match CanFrame::from_record(record) {
+                    // As a line does: see `Driver::reads_fd`.
+                    Ok(frame) if frame.fd().is_none() || self.driver.reads_fd() => {
+                        self.driver.receive(self.now, Input::Frame(&frame));
+                    }
+                    _ => {}
                 }
             }
         } else {

@@ -322,7 +322,7 @@ impl Adapter {
     /// Does a command and says CR with what it asks for; or does not.
     fn command(&mut self, command: Command, said: &mut Vec<u8>) -> bool {
         let allowed = match command {
-            Command::BitRate(_) | Command::Registers { .. } => !self.open,
+            Command::BitRate(_) | Command::DataBitRate(_) | Command::Registers { .. } => !self.open,
             Command::Open | Command::Listen => !self.open && self.bit_rate_set,
             Command::Close | Command::Status => self.open,
             Command::Timestamps(_)

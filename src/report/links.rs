@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct LinkFigures {
     /// The link.
     pub name: String,
-    /// Bytes received (CAN frames of the kernel: 16 bytes each).
+    /// Bytes received (CAN frames of the kernel: 16 bytes each, of CAN FD 72).
     pub received_bytes: u64,
     /// Bytes that belong to no valid frame.
     pub discarded_bytes: u64,

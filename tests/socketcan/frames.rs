@@ -39,7 +39,7 @@ impl Probe {
         }
     }
 
-    async fn opened(&mut self) -> Result<u64, String> {
+    pub(crate) async fn opened(&mut self) -> Result<u64, String> {
         match self.next().await? {
             What::Opened { epoch } => Ok(epoch),
             other => Err(format!("expected Opened, got {other:?}")),

@@ -33,6 +33,13 @@ impl Interface {
         run("ip", &["link", "add", &self.name, "type", "vcan"])
     }
 
+    /// Largest frame that it carries, in bytes: 16 for classic frames, 72 for those of CAN FD.
+    pub(crate) fn set_mtu(&self, bytes: u8) -> Result<(), String> {
+        self.down()?;
+        run("ip", &["link", "set", &self.name, "mtu", &bytes.to_string()])?;
+        self.up()
+    }
+
     /// Gives the interface the transmit queue of a real one: 10 frames, drained at this rate.
     pub(crate) fn slow(&self, rate: &str) -> Result<(), String> {
         let netem = ["netem", "rate", rate, "limit", "10"];

@@ -9,6 +9,7 @@
 //! One line for each check goes to standard output: `PASS`, `FAIL` or `SKIP`, a colon, what was seen. The exit
 //! status is 1 if a check failed.
 
+mod flexible;
 mod frames;
 mod interface;
 mod node;
@@ -27,6 +28,8 @@ async fn main() -> ExitCode {
     frames::missing_interface(&mut report).await;
     frames::listed(&interface, &mut report);
     frames::round_trips(&interface, &mut report).await;
+    flexible::round_trips(&interface, &mut report).await;
+    flexible::refused(&interface, &mut report).await;
     frames::bus_errors(&interface, &mut report).await;
     frames::full_queue(&interface, &mut report).await;
     frames::stalled_queue(&interface, &mut report).await;

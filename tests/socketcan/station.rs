@@ -273,7 +273,7 @@ impl Station {
         }
         while let Some(Output::Frame(frame)) = self.driver.poll_transmit() {
             if let Some(epoch) = self.epoch {
-                let bytes = frame.to_record().to_vec();
+                let bytes = frame.to_record();
                 self.probe.link.command(LinkCommand::Send { epoch, bytes });
             }
         }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use asphera_cantext::socketcand::MAX_BUS_NAME;
 use asphera_settings::Section;
-use asphera_slcan::BitRate;
+use asphera_slcan::{BitRate, DataBitRate};
 use asphera_transport::{
     Backoff, ClientCertificate, Endpoint, FileSettings, FlowControl, Parity, SerialSettings,
     TlsSettings,
@@ -91,7 +91,12 @@ pub(super) fn read(
         Kind::Udp => Some(Framing::Datagrams),
         Kind::SlcanSerial | Kind::SlcanTcp => {
             let listen_only = table.or("listen_only", false);
-            bit_rate(table).map(|bit_rate| Framing::Slcan { bit_rate, listen_only })
+            let (bit_rate, data_bit_rate) = (bit_rate(table), data_bit_rate(table));
+            bit_rate.zip(data_bit_rate).map(|(bit_rate, data_bit_rate)| Framing::Slcan {
+                bit_rate,
+                data_bit_rate,
+                listen_only,
+            })
         }
         Kind::SocketCan => Some(Framing::CanRecords),
         Kind::Socketcand => bus(table).map(|bus| Framing::Socketcand { bus }),
@@ -272,4 +277,17 @@ fn bit_rate(table: &Section<'_>) -> Option<BitRate> {
     BitRate::from_bits_per_s(bits_per_s)
         .inspect_err(|error| table.problem("bit_rate_bps", "a bit rate of slcan adapters", error))
         .ok()
+}
+
+/// Bit rate of the data of CAN FD; inner `None`: the adapter carries classic frames alone.
+#[expect(clippy::option_option, reason = "outer: unusable; inner: none asked for")]
+fn data_bit_rate(table: &Section<'_>) -> Option<Option<DataBitRate>> {
+    const KEY: &str = "data_bit_rate_bps";
+    if !table.has(KEY) {
+        return Some(None);
+    }
+    DataBitRate::from_bits_per_s(table.required(KEY)?)
+        .inspect_err(|error| table.problem(KEY, "a data bit rate of slcan adapters", error))
+        .ok()
+        .map(Some)
 }

@@ -419,6 +419,13 @@ fn check_links(
         if device.carries != Carries::CanFrames && others > 1 {
             table.problem("link", "one device on a link that is no CAN bus", others);
         }
+        if device.settings.needs_fd()
+            && link.framing.suits(device.carries)
+            && !link.framing.carries_fd()
+        {
+            let expected = "a link that carries CAN FD: socketcan, candump, or slcan with data_bit_rate_bps; or fd = false";
+            table.problem("link", expected, format!("{} of kind {}", link.name, link.kind));
+        }
         if !link.framing.can_send() && device.is_sent_to() {
             let expected =
                 "a link that can send, or settings that only listen: for cia406 listen_only = true";

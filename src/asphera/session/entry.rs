@@ -29,7 +29,7 @@ pub enum What {
         /// Which.
         link: usize,
     },
-    /// A link received bytes, in one read. A CAN frame is its record of 16 bytes
+    /// A link received bytes, in one read. A CAN frame is its record of 16 bytes, or 72 of CAN FD
     /// ([`asphera_link::CanFrame::to_record`]); a read of one of two connections is its
     /// [`asphera_link::Connection::chunk`].
     Received {

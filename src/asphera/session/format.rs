@@ -26,6 +26,7 @@ pub struct MinorVersion(pub u16);
 /// - 1.3: `suspended_ns` of the event "held up".
 /// - 1.4: the event "scan".
 /// - 1.5: of a link with two connections, each read begins with the number of its connection, 0 or 1.
+/// - 1.6: a CAN FD frame of an interface of the kernel is a record of 72 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FormatVersion {
@@ -38,7 +39,7 @@ pub struct FormatVersion {
 impl FormatVersion {
     /// The version written.
     pub const CURRENT: FormatVersion =
-        FormatVersion { major: MajorVersion(1), minor: MinorVersion(5) };
+        FormatVersion { major: MajorVersion(1), minor: MinorVersion(6) };
 
     /// The oldest major version read.
     pub const OLDEST_READ: MajorVersion = MajorVersion(1);

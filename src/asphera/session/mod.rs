@@ -18,7 +18,7 @@
 //!
 //! | topic          | what                                                        |
 //! |----------------|-------------------------------------------------------------|
-//! | `/raw/<link>`  | received bytes, one message a read; a CAN frame is 16 bytes |
+//! | `/raw/<link>`  | received bytes, one message a read; a CAN frame is 16 bytes, of CAN FD 72 |
 //! | `/sent/<link>` | sent bytes                                                  |
 //! | `/points`      | `sensor_msgs/PointCloud2` of ROS 1: the points made of them, mm  |
 //! | `/events`      | JSON: opened, closed, command, held up, scan, finish        |

@@ -2,8 +2,8 @@
 
 use asphera_cantext::candump::{Item as LogItem, Reader};
 use asphera_cantext::socketcand::{self, Client, Event as ServerEvent, HANDSHAKE_TIME};
-use asphera_link::{CanFrame, Nanos, RECORD_LEN};
-use asphera_slcan::{Command as Adapter, Decoder, Item, Timestamps};
+use asphera_link::{CanFrame, Nanos};
+use asphera_slcan::{Command, Decoder, Item, Timestamps};
 
 use super::framing::Framing;
 
@@ -11,14 +11,26 @@ use super::framing::Framing;
 pub(super) enum Bus {
     /// The link carries no frames.
     Absent,
-    /// A serial adapter, and how many commands and frames it refused.
-    Slcan { decoder: Decoder, refusals: u64 },
+    /// A serial adapter.
+    Slcan(Adapter),
     /// An interface of the kernel.
-    Records,
+    Records {
+        /// Whether a device of the bus reads CAN FD.
+        reads_fd: bool,
+    },
     /// A log.
     Log(Reader),
     /// A server, and until when it has to open the bus.
     Server { client: Client, until: Nanos },
+}
+
+/// A serial adapter.
+pub(super) struct Adapter {
+    decoder: Decoder,
+    /// Commands and frames that it refused.
+    refusals: u64,
+    /// Whether a device of the bus reads CAN FD.
+    reads_fd: bool,
 }
 
 /// Content of received bytes.
@@ -39,29 +51,31 @@ pub(super) enum Piece {
 }
 
 impl Bus {
-    /// The bus on a connection that has just opened, and the bytes that are sent first.
-    pub(super) fn opened(framing: &Framing, now: Nanos) -> (Bus, Vec<u8>) {
+    /// The bus on a connection that has just opened, and the bytes that are sent first. CAN FD frames are given where
+    /// `reads_fd` says so, and else counted as discarded.
+    pub(super) fn opened(framing: &Framing, reads_fd: bool, now: Nanos) -> (Bus, Vec<u8>) {
         let mut first = Vec::new();
         let bus = match framing {
             Framing::Raw | Framing::Datagrams | Framing::TwoStreams | Framing::File => Bus::Absent,
-            Framing::CanRecords => Bus::Records,
-            Framing::Candump { interface } => Bus::Log(Reader::new(interface.clone())),
+            Framing::CanRecords => Bus::Records { reads_fd },
+            Framing::Candump { interface } => {
+                Bus::Log(Reader::new(interface.clone()).with_fd(reads_fd))
+            }
             Framing::Socketcand { bus } => {
                 Bus::Server { client: Client::new(bus), until: now + HANDSHAKE_TIME }
             }
-            Framing::Slcan { bit_rate, listen_only } => {
+            Framing::Slcan { bit_rate, data_bit_rate, listen_only } => {
                 // An adapter that was left open takes no bit rate; the empty line ends what it may have half read.
                 first.push(asphera_slcan::CR);
-                for command in [
-                    Adapter::Close,
-                    Adapter::BitRate(*bit_rate),
-                    Adapter::Timestamps(false),
-                    if *listen_only { Adapter::Listen } else { Adapter::Open },
-                ] {
-                    command.encode(&mut first);
-                }
+                let commands = [Command::Close, Command::BitRate(*bit_rate)].into_iter();
+                let commands = commands.chain(data_bit_rate.map(Command::DataBitRate)).chain([
+                    Command::Timestamps(false),
+                    if *listen_only { Command::Listen } else { Command::Open },
+                ]);
+                commands.for_each(|command| command.encode(&mut first));
                 // Time stamps are off, so a line that has one is damaged.
-                Bus::Slcan { decoder: Decoder::expecting(Timestamps::Never), refusals: 0 }
+                let decoder = Decoder::expecting(Timestamps::Never);
+                Bus::Slcan(Adapter { decoder, refusals: 0, reads_fd })
             }
         };
         (bus, first)
@@ -71,17 +85,17 @@ impl Bus {
     pub(super) fn is_open(&self) -> bool {
         match self {
             Bus::Server { client, .. } => client.is_open(),
-            Bus::Absent | Bus::Slcan { .. } | Bus::Records | Bus::Log(_) => true,
+            Bus::Absent | Bus::Slcan(_) | Bus::Records { .. } | Bus::Log(_) => true,
         }
     }
 
     /// Bytes that wait for the end of their frame.
     pub(super) fn pending(&self) -> u64 {
         match self {
-            Bus::Slcan { decoder, .. } => decoder.pending(),
+            Bus::Slcan(adapter) => adapter.decoder.pending(),
             Bus::Log(reader) => reader.pending(),
             Bus::Server { client, .. } => client.pending(),
-            Bus::Absent | Bus::Records => 0,
+            Bus::Absent | Bus::Records { .. } => 0,
         }
     }
 
@@ -114,8 +128,8 @@ impl Bus {
     /// Appends the bytes of a frame to send.
     pub(super) fn encode(&self, frame: &CanFrame, out: &mut Vec<u8>) {
         match self {
-            Bus::Slcan { .. } => asphera_slcan::encode(frame, out),
-            Bus::Records => out.extend(frame.to_record()),
+            Bus::Slcan(_) => asphera_slcan::encode(frame, out),
+            Bus::Records { .. } => out.extend(frame.to_record()),
             Bus::Server { .. } => socketcand::encode(frame, out),
             // The configuration refuses devices that send on a log, and frames on a link that carries none.
             Bus::Log(_) | Bus::Absent => {}
@@ -134,8 +148,8 @@ impl Bus {
                     let bytes = std::mem::take(input).len() as u64;
                     Some(Piece::Discarded { bytes, why: None })
                 }
-                Bus::Records => Some(record(input)),
-                Bus::Slcan { decoder, refusals } => adapter(decoder.decode(input)?, refusals),
+                Bus::Records { reads_fd } => Some(record(input, *reads_fd)),
+                Bus::Slcan(adapter) => adapter.receive(input)?,
                 Bus::Log(reader) => Some(logged(reader.read(input)?)),
                 Bus::Server { client, .. } => Some(served(client.receive(input)?)),
             };
@@ -146,37 +160,54 @@ impl Bus {
     }
 }
 
-fn record(input: &mut &[u8]) -> Piece {
-    let (record, rest) = input.split_at(input.len().min(RECORD_LEN));
-    *input = rest;
+fn record(input: &mut &[u8], reads_fd: bool) -> Piece {
+    let (record, after) = CanFrame::split_record(input);
+    *input = after;
+    let bytes = record.len() as u64;
     match CanFrame::from_record(record) {
+        Ok(frame) if frame.fd().is_some() && !reads_fd => unread("the bus", bytes),
         Ok(frame) => Piece::Frame(frame),
-        Err(_) => Piece::Discarded { bytes: record.len() as u64, why: None },
+        Err(_) => Piece::Discarded { bytes, why: None },
     }
 }
 
-fn adapter(item: Item, refusals: &mut u64) -> Option<Piece> {
-    match item {
-        Item::Frame(frame, _) => Some(Piece::Frame(frame)),
-        Item::Malformed { bytes } => Some(Piece::Discarded { bytes, why: None }),
-        Item::Unsupported { bytes } => {
-            let why = "the adapter gave a CAN FD frame: drivers read classic frames alone, of up to 8 bytes";
-            Some(Piece::Discarded { bytes, why: Some(why.to_owned()) })
-        }
-        Item::Error => {
-            *refusals += 1;
-            let words = "the adapter refused a command or a frame";
-            (*refusals > EXPECTED_REFUSALS).then(|| Piece::Trouble(words.to_owned()))
-        }
-        Item::Status(status) if !status.is_empty() => {
-            Some(Piece::Trouble(format!("the adapter reports {status:?}")))
-        }
-        Item::Status(_)
-        | Item::Ok
-        | Item::TransmitAck { .. }
-        | Item::Version { .. }
-        | Item::SerialNumber(_)
-        | Item::Command(_) => None,
+/// A CAN FD frame where no device reads one.
+fn unread(source: &str, bytes: u64) -> Piece {
+    let why = format!(
+        "{source} gave a CAN FD frame: drivers read classic frames alone, of up to 8 bytes, but for described with fd = true"
+    );
+    Piece::Discarded { bytes, why: Some(why) }
+}
+
+impl Adapter {
+    /// Content of the next line; outer `None` where no line ends in the input, inner where it says nothing.
+    #[expect(clippy::option_option, reason = "outer: no whole line; inner: one that says nothing")]
+    fn receive(&mut self, input: &mut &[u8]) -> Option<Option<Piece>> {
+        let before = self.decoder.pending() + input.len() as u64;
+        let item = self.decoder.decode(input)?;
+        // Nothing is pending behind a line.
+        let bytes = before - input.len() as u64;
+        Some(match item {
+            Item::Frame(frame, _) if frame.fd().is_some() && !self.reads_fd => {
+                Some(unread("the adapter", bytes))
+            }
+            Item::Frame(frame, _) => Some(Piece::Frame(frame)),
+            Item::Malformed { bytes } => Some(Piece::Discarded { bytes, why: None }),
+            Item::Error => {
+                self.refusals += 1;
+                let words = "the adapter refused a command or a frame";
+                (self.refusals > EXPECTED_REFUSALS).then(|| Piece::Trouble(words.to_owned()))
+            }
+            Item::Status(status) if !status.is_empty() => {
+                Some(Piece::Trouble(format!("the adapter reports {status:?}")))
+            }
+            Item::Status(_)
+            | Item::Ok
+            | Item::TransmitAck { .. }
+            | Item::Version { .. }
+            | Item::SerialNumber(_)
+            | Item::Command(_) => None,
+        })
     }
 }
 

@@ -1,7 +1,7 @@
 //! How bytes of a link are framed.
 
 use asphera_link::Carries;
-use asphera_slcan::BitRate;
+use asphera_slcan::{BitRate, DataBitRate};
 
 /// How bytes of a link are framed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,10 +18,12 @@ pub enum Framing {
     Slcan {
         /// Bit rate of the bus.
         bit_rate: BitRate,
+        /// Bit rate of the data of CAN FD frames; `None`: an adapter for classic frames.
+        data_bit_rate: Option<DataBitRate>,
         /// Whether the adapter neither acknowledges nor sends.
         listen_only: bool,
     },
-    /// CAN frames of the kernel, in records of 16 bytes.
+    /// CAN frames of the kernel, in records of 16 bytes, of CAN FD of 72.
     CanRecords,
     /// CAN frames as lines of a log of candump. Nothing can be sent.
     Candump {
@@ -47,6 +49,16 @@ impl Framing {
         !matches!(
             self,
             Framing::Candump { .. } | Framing::File | Framing::Slcan { listen_only: true, .. }
+        )
+    }
+
+    /// Whether CAN FD frames can come and go on such a link.
+    pub(crate) fn carries_fd(&self) -> bool {
+        matches!(
+            self,
+            Framing::CanRecords
+                | Framing::Candump { .. }
+                | Framing::Slcan { data_bit_rate: Some(_), .. }
         )
     }
 

@@ -209,7 +209,8 @@ impl Line {
         self.distrusted = false;
         self.figures.opened += 1;
         self.heard = Heard::default();
-        let (bus, first) = Bus::opened(&self.framing, now);
+        let reads_fd = self.devices.iter().any(|device| device.driver.reads_fd());
+        let (bus, first) = Bus::opened(&self.framing, reads_fd, now);
         self.bus = bus;
         if !first.is_empty() {
             out.push(Effect::Send { epoch, bytes: first });
@@ -396,7 +397,10 @@ impl Line {
         if self.distrusted {
             return;
         }
-        self.devices.iter_mut().for_each(|device| device.driver.receive(now, Input::Frame(frame)));
+        let is_fd = frame.fd().is_some();
+        for device in self.devices.iter_mut().filter(|device| !is_fd || device.driver.reads_fd()) {
+            device.driver.receive(now, Input::Frame(frame));
+        }
         self.pump(out);
     }
 

@@ -75,3 +75,21 @@ fn a_log_is_found_from_the_folder_of_the_file_and_has_listeners_alone() {
     );
     assert_eq!(keys(station(&a, "kind = \"candump\"", LISTENER)), ["link.b.file"]);
 }
+
+/// CANopen reads classic frames, at whatever rate the data of others go.
+#[test]
+fn an_adapter_of_can_fd_has_a_data_bit_rate() {
+    let link = |port: u16, rate: &str| {
+        format!("kind = \"slcan-tcp\"\naddress = \"h:{port}\"\nbit_rate_bps = 500000\n{rate}")
+    };
+    let fast = link(1, "data_bit_rate_bps = 2000000");
+    let config = station(&fast, &link(2, ""), "node_id = 5").unwrap();
+    let rates = config.links.iter().map(|link| match link.framing {
+        Framing::Slcan { data_bit_rate, .. } => data_bit_rate,
+        _ => panic!("{:?}", link.framing),
+    });
+    assert_eq!(rates.collect::<Vec<_>>(), [Some(asphera_slcan::DataBitRate::Mbps2), None]);
+    let wrong = station(&fast, &link(2, "data_bit_rate_bps = 3000000"), "node_id = 5").unwrap_err();
+    assert!(wrong.to_string().contains("it has 1, 2, 4 and 5 Mbit/s"), "{wrong}");
+    assert_eq!(keys(Err(wrong)), ["link.b.data_bit_rate_bps"]);
+}

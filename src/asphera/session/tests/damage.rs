@@ -238,7 +238,7 @@ fn other_formats_are_named() {
         assert!(matches!(error, ReadError::TooNew { .. }));
         assert_eq!(
             error.to_string(),
-            "the recording has format 2.0, and this asphera reads up to 1.5: use a newer one"
+            "the recording has format 2.0, and this asphera reads up to 1.6: use a newer one"
         );
     }
     write_segment(&segment, &segment_header(0, 0), &[]);

@@ -8,6 +8,7 @@ use super::*;
 
 /// A device that sends one frame when it is connected, and says what frames came.
 struct Node {
+    reads_fd: bool,
     channels: Vec<Channel>,
     sent: Vec<CanFrame>,
     events: Vec<Event>,
@@ -18,6 +19,10 @@ struct Node {
 impl Driver for Node {
     fn channels(&self) -> &[Channel] {
         &self.channels
+    }
+
+    fn reads_fd(&self) -> bool {
+        self.reads_fd
     }
 
     fn connected(&mut self, now: Nanos) {
@@ -67,8 +72,12 @@ fn frame(id: u16, data: &[u8]) -> CanFrame {
 }
 
 fn line(framing: Framing) -> Line {
+    line_with(framing, false)
+}
+
+fn line_with(framing: Framing, reads_fd: bool) -> Line {
     let channels = vec![Channel::new("position", Unit::Count)];
-    let node = Node { channels, sent: Vec::new(), events: Vec::new(), due: None };
+    let node = Node { reads_fd, channels, sent: Vec::new(), events: Vec::new(), due: None };
     Line::new("bus".to_owned(), framing, vec![("node".to_owned(), Box::new(node))])
 }
 
@@ -193,15 +202,57 @@ fn a_log_takes_nothing_and_says_at_its_end_what_was_left_out() {
 #[test]
 fn an_adapter_that_listens_only_is_opened_so() {
     let bit_rate = asphera_slcan::BitRate::from_bits_per_s(500_000).unwrap();
-    let first = |listen_only| opened(&mut line(Framing::Slcan { bit_rate, listen_only }), 0, 1);
+    let first = |listen_only| {
+        opened(&mut line(Framing::Slcan { bit_rate, data_bit_rate: None, listen_only }), 0, 1)
+    };
     assert_eq!(first(true)[0], "send \rC\rS6\rZ0\rL\r");
     assert_eq!(first(false)[0], "send \rC\rS6\rZ0\rO\r");
-    let mut line = line(Framing::Slcan { bit_rate, listen_only: true });
+    let mut line = line(Framing::Slcan { bit_rate, data_bit_rate: None, listen_only: true });
     opened(&mut line, 0, 1);
     assert_eq!(received(&mut line, 1, b"\r\r\r\rt185105\r"), ["reading Some(5.0)"]);
     assert!(received(&mut line, 2, b"b1851FF\r").is_empty());
     assert_eq!(line.figures(&[]).discarded_bytes, 8);
     assert!(line.last_error().unwrap().starts_with("the adapter gave a CAN FD frame"));
+}
+
+/// A device that reads CAN FD gets both kinds from each link that carries them; beside it, one that does not gets the classic ones.
+#[test]
+fn fd_frames_go_to_those_that_read_them() {
+    let flags = asphera_link::FdFlags { bit_rate_switch: true, error_passive: false };
+    let flexible =
+        CanFrame::fd_frame(asphera_link::CanId::Standard(0x185), &[7; 12], flags).unwrap();
+    let classic = frame(0x185, &[5]);
+    let data_bit_rate = Some(asphera_slcan::DataBitRate::Mbps2);
+    let bit_rate = asphera_slcan::BitRate::Kbps500;
+    let records = [flexible.to_record(), classic.to_record()].concat();
+    for (framing, bytes) in [
+        (
+            Framing::Slcan { bit_rate, data_bit_rate, listen_only: false },
+            format!("b1859{}\rt185105\r", "07".repeat(12)).into_bytes(),
+        ),
+        (Framing::CanRecords, records),
+        (
+            Framing::Candump { interface: None },
+            format!("(1.0) can0 185##1{}\n(1.1) can0 185#05\n", "07".repeat(12)).into_bytes(),
+        ),
+    ] {
+        assert!(framing.carries_fd());
+        let mut both = line_with(framing.clone(), true);
+        let first = opened(&mut both, 0, 1);
+        if matches!(framing, Framing::Slcan { .. }) {
+            assert_eq!(first[0], "send \rC\rS6\rY2\rZ0\rO\r");
+        }
+        let readings = ["reading Some(7.0)", "reading Some(5.0)"];
+        assert_eq!(received(&mut both, 1, &bytes), readings, "{framing:?}");
+        assert_eq!(both.figures(&[]).discarded_bytes, 0);
+        let mut classic = line_with(framing, false);
+        opened(&mut classic, 0, 1);
+        assert_eq!(received(&mut classic, 1, &bytes), ["reading Some(5.0)"]);
+        assert!(classic.figures(&[]).discarded_bytes > 24);
+        assert!(classic.last_error().unwrap().contains("a CAN FD frame: drivers read classic"));
+    }
+    assert!(!Framing::Socketcand { bus: "can0".to_owned() }.carries_fd());
+    assert!(!Framing::Slcan { bit_rate, data_bit_rate: None, listen_only: false }.carries_fd());
 }
 
 /// A device whose readings are its bytes, but for the last that came: it is half a record.
