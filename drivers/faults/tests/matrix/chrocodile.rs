@@ -1,4 +1,4 @@
-//! CHRocodile on the dollar protocol, running free.
+//! CHRocodile on the dollar protocol, running free or by triggers of others.
 
 use std::time::Duration;
 
@@ -9,7 +9,9 @@ use asphera_link::{Driver, Flags, Nanos, Output};
 
 use crate::lines::{line, text};
 
-pub(crate) struct Chrocodile;
+pub(crate) struct Chrocodile {
+    pub(crate) is_triggered: bool,
+}
 
 /// Full scale of the probe in µm.
 pub(crate) const FULL_SCALE_UM: f64 = 3000.0;
@@ -18,14 +20,14 @@ const SIGNALS: [u16; 4] = [75, 76, 256, 257];
 
 impl Bench for Chrocodile {
     fn name(&self) -> &'static str {
-        "chrocodile, dollar"
+        if self.is_triggered { "chrocodile, triggered" } else { "chrocodile, dollar" }
     }
 
     fn driver(&self) -> Box<dyn Driver> {
         let settings = Settings {
             signals: SIGNALS.to_vec(),
             sample_rate_hz: 100.0,
-            trigger: Trigger::Free,
+            trigger: if self.is_triggered { Trigger::Each } else { Trigger::Free },
             ready_timeout_ms: 200,
             ..Settings::default()
         };
@@ -34,6 +36,11 @@ impl Bench for Chrocodile {
 
     fn device(&self, model: Model) -> Box<dyn Device> {
         Box::new(Dollar { model, is_streaming: false, exposures: 0, condition: Condition::Good })
+    }
+
+    /// Over TCP. On a serial line a probe that restarted is as silent as one without triggers.
+    fn restart_closes(&self) -> bool {
+        self.is_triggered
     }
 
     fn expects(&self, fault: Fault) -> Expectation {
@@ -48,6 +55,9 @@ impl Bench for Chrocodile {
             Fault::Unplugged | Fault::HalfFrame => Marks(&[Mark::Discarded]),
             // Neither of two with one count is believed.
             Fault::Repeated => Marks(&[Mark::Flagged(Flags::SUSPECT)]),
+            // Without triggers it sends nothing either: silence is no fault.
+            Fault::Silent | Fault::ClockJump if self.is_triggered => Marks(&[]),
+            Fault::Restart if self.is_triggered => Marks(&[Mark::Discarded]),
             Fault::Silent => Marks(&[
                 Mark::Discarded,
                 Mark::Reopened("no data for 200 ms though free-running: check cable and power"),

@@ -1,4 +1,4 @@
-//! An encoder with CANopen that answers each SYNC.
+//! An encoder with CANopen that answers each SYNC, or sends by its event timer.
 
 use std::time::Duration;
 
@@ -7,25 +7,32 @@ use asphera_cia406::wire::{
     Expedited, NmtCommand, NmtRequest, NmtState, NodeId, SdoRequest, SdoResponse, heartbeat_frame,
     sync_frame,
 };
-use asphera_cia406::{Cia406 as Encoder, Settings};
+use asphera_cia406::{Cia406 as Encoder, Settings, Transmission};
 use asphera_faults::{Bench, Condition, Device, Expectation, Fault, Mark, Model, Sent};
 use asphera_link::{CanFrame, CanId, Driver, Flags, Nanos, Output};
 
-pub(crate) struct Cia406;
+pub(crate) struct Cia406 {
+    pub(crate) is_timed: bool,
+}
 
 impl Bench for Cia406 {
     fn name(&self) -> &'static str {
-        "cia406"
+        if self.is_timed { "cia406, timer" } else { "cia406" }
     }
 
     fn driver(&self) -> Box<dyn Driver> {
-        let settings =
+        let mut settings =
             Settings { node_id: 5, map_status: true, sdo_timeout_ms: 100, ..Settings::default() };
+        if self.is_timed {
+            settings.transmission = Transmission::EventTimer { period_ms: 10 };
+            settings.sync_counter_overflow = None;
+        }
         Box::new(Encoder::new(settings).expect("settings of a test are sound"))
     }
 
     fn device(&self, model: Model) -> Box<dyn Device> {
         Box::new(Node {
+            is_timed: self.is_timed,
             id: NodeId::new(5).expect("1 to 127"),
             // Profile 401 is that of inputs and outputs.
             device_type: if model == Model::Right { 0x0008_0196 } else { 0x0001_0191 },
@@ -62,6 +69,9 @@ impl Bench for Cia406 {
             Fault::Stall | Fault::Limit => Absent("it moves nothing"),
             Fault::OutOfRange => Marks(&[Mark::Flagged(Flags::OUT_OF_RANGE)]),
             Fault::Unplugged => Marks(&[Mark::Discarded, SHORT]),
+            Fault::HalfFrame if self.is_timed => Marks(&[Mark::Discarded, SHORT]),
+            Fault::Repeated if self.is_timed => Absent("two equal positions are two measurements"),
+            Fault::LateAnswer if self.is_timed => Absent("it sends by itself"),
             Fault::HalfFrame => {
                 Marks(&[Mark::Flagged(Flags::TRIGGER_LOST), Mark::Discarded, SHORT, MISSING])
             }
@@ -85,6 +95,7 @@ impl Bench for Cia406 {
 }
 
 struct Node {
+    is_timed: bool,
     id: NodeId,
     device_type: u32,
     state: NmtState,
@@ -131,7 +142,10 @@ impl Device for Node {
     /// The SYNC of another node, the position that answers it, and each tenth time the heartbeat.
     fn tick(&mut self, _: Nanos) -> Vec<Sent> {
         self.syncs += 1;
-        let mut sent = vec![frame(sync_frame(Some((self.syncs % 240 + 1) as u8)))];
+        let mut sent = Vec::new();
+        if !self.is_timed {
+            sent.push(frame(sync_frame(Some((self.syncs % 240 + 1) as u8))));
+        }
         if self.state == NmtState::Operational {
             self.position += 1;
             let outside = self.condition == Condition::OutOfRange;

@@ -18,6 +18,8 @@ pub(crate) struct Described {
 pub(crate) enum Kind {
     /// Lines with a check, by itself.
     Guarded,
+    /// The same in datagrams.
+    Packets,
     /// Lines without one, by itself.
     Bare,
     /// Lines without one, when asked.
@@ -38,6 +40,7 @@ impl Bench for Described {
     fn name(&self) -> &'static str {
         match self.gauge {
             Kind::Guarded => "described, checked",
+            Kind::Packets => "described, UDP",
             Kind::Bare => "described, unchecked",
             Kind::Asked => "described, asked",
         }
@@ -45,7 +48,7 @@ impl Bench for Described {
 
     fn driver(&self) -> Box<dyn Driver> {
         let text = match self.gauge {
-            Kind::Guarded => GUARDED,
+            Kind::Guarded | Kind::Packets => GUARDED,
             Kind::Bare => BARE,
             Kind::Asked => ASKED,
         };
@@ -55,6 +58,10 @@ impl Bench for Described {
 
     fn device(&self, model: Model) -> Box<dyn Device> {
         Box::new(Gauge { model, kind: self.gauge, measured: 0, condition: Condition::Good })
+    }
+
+    fn has_datagrams(&self) -> bool {
+        self.gauge == Kind::Packets
     }
 
     fn has_line_ends(&self) -> bool {
@@ -70,6 +77,7 @@ impl Bench for Described {
             Fault::Saturated => Expectation::Marks(&[Mark::Flagged(Flags::SATURATED)]),
             _ => match self.gauge {
                 Kind::Guarded => guarded(fault),
+                Kind::Packets => packets(fault),
                 Kind::Bare => bare(fault),
                 Kind::Asked => asked(fault),
             },
@@ -93,6 +101,11 @@ fn guarded(fault: Fault) -> Expectation {
         }
         _ => Marks(&[]),
     }
+}
+
+/// A line is a datagram: it comes twice, or as two in one.
+fn packets(fault: Fault) -> Expectation {
+    guarded(fault)
 }
 
 fn bare(fault: Fault) -> Expectation {
@@ -153,13 +166,16 @@ impl Gauge {
             _ => format!("{n:04}.25"),
         };
         let (mut values, body) = match self.kind {
-            Kind::Guarded => (vec![Some(f64::from(n))], format!("{n:04},{number}")),
+            Kind::Guarded | Kind::Packets => (vec![Some(f64::from(n))], format!("{n:04},{number}")),
             Kind::Bare | Kind::Asked => (Vec::new(), number),
         };
         // The star is in the frame and not in the check.
         let check = crc(body.as_bytes());
-        let check =
-            if self.kind == Kind::Guarded { format!("*{check:04X}") } else { String::new() };
+        let check = if matches!(self.kind, Kind::Guarded | Kind::Packets) {
+            format!("*{check:04X}")
+        } else {
+            String::new()
+        };
         let bytes = format!("{body}{check}\r\n");
         if self.condition != Condition::Good {
             return Sent::bad(bytes);
@@ -182,7 +198,7 @@ impl Device for Gauge {
     fn period(&self) -> Option<Duration> {
         // Half a line is told from a whole one by the silence after it.
         match self.kind {
-            Kind::Guarded => Some(Duration::from_millis(10)),
+            Kind::Guarded | Kind::Packets => Some(Duration::from_millis(10)),
             Kind::Bare => Some(Duration::from_millis(100)),
             Kind::Asked => None,
         }

@@ -8,6 +8,7 @@ mod chrocodile_packets;
 mod cia402;
 mod cia406;
 mod described;
+mod described_can;
 mod ippdme;
 mod keyence;
 mod lines;
@@ -25,9 +26,11 @@ use asphera_faults::{Bench, Fault, Outcome, Row, play, replaced, table};
 /// All benches, in the order of the table.
 fn benches() -> Vec<Box<dyn Bench>> {
     vec![
-        Box::new(chrocodile::Chrocodile),
+        Box::new(chrocodile::Chrocodile { is_triggered: false }),
+        Box::new(chrocodile::Chrocodile { is_triggered: true }),
         Box::new(chrocodile_packets::Packets),
-        Box::new(cia406::Cia406),
+        Box::new(cia406::Cia406 { is_timed: false }),
+        Box::new(cia406::Cia406 { is_timed: true }),
         Box::new(rf627::Rf627),
         Box::new(keyence::Keyence),
         Box::new(optoncdt::Optoncdt),
@@ -36,6 +39,8 @@ fn benches() -> Vec<Box<dyn Bench>> {
         Box::new(described::Described { gauge: described::Kind::Guarded }),
         Box::new(described::Described { gauge: described::Kind::Bare }),
         Box::new(described::Described { gauge: described::Kind::Asked }),
+        Box::new(described::Described { gauge: described::Kind::Packets }),
+        Box::new(described_can::DescribedCan),
         Box::new(scpi::Scpi),
         Box::new(modbus::Modbus { is_tcp: true }),
         Box::new(modbus::Modbus { is_tcp: false }),
