@@ -409,6 +409,9 @@ fn check_links(
         if !link.framing.suits(device.carries) {
             let expected = match device.carries {
                 Carries::CanFrames => "a CAN link",
+                Carries::Bytes if link.framing.suits(Carries::CanFrames) => {
+                    "a serial, tcp, udp or file link; or described with frame = \"can\""
+                }
                 Carries::Bytes => "a serial, tcp, udp or file link",
                 Carries::Datagrams => "a udp link",
                 Carries::TwoStreams => "a tcp-pair link",

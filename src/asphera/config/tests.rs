@@ -125,6 +125,7 @@ const ALTERNATIVES: &[&str] = &[
     "kind = \"socketcand\"",
     "address = \"192.168.10.31:29536\"",
     "bus = \"can0\"",
+    "data_bit_rate_bps = 2000000",
     "kind = \"candump\"",
     "file = \"bus.log\"",
     "speed = 1.0",

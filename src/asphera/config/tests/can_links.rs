@@ -93,3 +93,32 @@ fn an_adapter_of_can_fd_has_a_data_bit_rate() {
     assert!(wrong.to_string().contains("it has 1, 2, 4 and 5 Mbit/s"), "{wrong}");
     assert_eq!(keys(Err(wrong)), ["link.b.data_bit_rate_bps"]);
 }
+
+/// A device of CAN FD needs a link that carries it, and one that is asked needs one that sends.
+#[test]
+fn a_described_device_is_on_a_bus_that_carries_its_frames() {
+    let text = read(&project("examples/can-transducers.toml")).unwrap();
+    let text = text.replace("file = \"flat.toml\"", "surface = { kind = \"plane\" }");
+    let with = |from: &str, to: &str| {
+        assert!(text.contains(from), "{from}");
+        Config::parse("bench/station.toml", &text.replace(from, to))
+    };
+    let config = with("data_bit_rate_bps = 2000000\n", "data_bit_rate_bps = 5000000\n").unwrap();
+    assert_eq!(config.devices[0].carries, Carries::CanFrames);
+    let classic = with("data_bit_rate_bps = 2000000\n", "").unwrap_err();
+    let words =
+        "expected a link that carries CAN FD: socketcan, candump, or slcan with data_bit_rate_bps";
+    assert!(classic.to_string().contains(words), "{classic}");
+    assert_eq!(keys(Err(classic)), ["device.gauge.link"]);
+    let silent =
+        with("data_bit_rate_bps = 2000000\n", "data_bit_rate_bps = 2000000\nlisten_only = true\n");
+    assert_eq!(keys(silent), ["device.gauge.link"], "it is started by a frame");
+    let wrong = with("start_bit = 31", "start_bit = 60").unwrap_err();
+    assert_eq!(keys(Err(wrong)), ["device.scale.settings.field[1].start_bit"]);
+    let bytes = with(
+        "frame = \"can\"\nid = 0x00FF1200\nextended = true\nmask = 0x03FFFF00\n",
+        "columns = 3\n",
+    );
+    let bytes = bytes.unwrap_err().to_string();
+    assert!(bytes.contains("device.scale.settings"), "{bytes}");
+}
