@@ -33,7 +33,8 @@ pub struct LinkSettings {
 pub struct LinkEvent {
     /// Which link.
     pub link: usize,
-    /// When: for bytes, when they were read, however long the event then waited to be handled.
+    /// When: for bytes, when they were read, however long the event then waited to be handled; for CAN frames of the kernel, when
+    /// it took them.
     pub at: Instant,
     /// Event.
     pub what: What,
@@ -316,15 +317,20 @@ impl Worker {
     }
 
     async fn serve_can(&mut self, port: CanPort) -> End {
+        let opened = Instant::now();
         loop {
             tokio::select! {
                 received = port.receive() => {
-                    let what = match received {
-                        Ok(Received::Record(record)) => What::Received(record),
-                        Ok(Received::BusError(error)) => What::BusError(error.to_string()),
+                    let (what, age) = match received {
+                        Ok((Received::Record(record), age)) => (What::Received(record), age),
+                        Ok((Received::BusError(error), age)) => (What::BusError(error.to_string()), age),
                         Err(error) => return End::Closed(format!("reading failed: {error}")),
                     };
-                    if !self.tell(what).await {
+                    // No frame is from before its connection.
+                    let now = Instant::now();
+                    let at = now.checked_sub(age).unwrap_or(now).max(opened);
+                    let event = LinkEvent { link: self.settings.index, at, what };
+                    if self.events.send(event).await.is_err() {
                         return End::Shutdown;
                     }
                 }

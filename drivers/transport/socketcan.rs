@@ -1,10 +1,16 @@
 //! CAN interfaces of the Linux kernel.
 
-use std::io::{self, Read as _, Write as _};
+use std::io::{self, IoSliceMut, Write as _};
+use std::os::fd::AsRawFd as _;
 use std::time::Duration;
 
 use asphera_cantext::{ERROR_FLAG, ErrorFrame};
 use asphera_link::{CanFrame, FD_RECORD_LEN, RECORD_LEN};
+use nix::sys::socket::{
+    ControlMessageOwned, MsgFlags, recvmsg, setsockopt, sockopt::ReceiveTimestampns,
+};
+use nix::sys::time::TimeSpec;
+use nix::time::{ClockId, clock_gettime};
 use rustix::io::Errno;
 use socketcan::{CanFdSocket, Socket as _, SocketOptions as _};
 use tokio::io::Interest;
@@ -41,6 +47,9 @@ impl CanPort {
         // CAN has no flow control: what does not fit here is lost.
         socket.as_raw_socket().set_recv_buffer_size(RECEIVE_BYTES).map_err(failed)?;
         socket.set_nonblocking(true).map_err(failed)?;
+        // When the kernel took a frame is known, however late this task reads it.
+        setsockopt(socket.as_raw_socket(), ReceiveTimestampns, &true)
+            .map_err(|error| failed(error.into()))?;
         #[expect(
             deprecated,
             reason = "its successor `register` is unsafe for descriptors that are closed or replaced behind it; nobody but `CanPort` has this one"
@@ -49,13 +58,13 @@ impl CanPort {
         Ok(CanPort { interface: interface.to_owned(), socket })
     }
 
-    pub(crate) async fn receive(&self) -> io::Result<Received> {
+    /// The next frame, and how long ago the kernel took it.
+    pub(crate) async fn receive(&self) -> io::Result<(Received, Duration)> {
         // An interface that goes down is an error to the poll, and not readable.
         let interest = Interest::READABLE | Interest::ERROR;
         let mut bytes = [0; FD_RECORD_LEN];
-        let read = |from: &CanFdSocket| from.as_raw_socket().read(&mut bytes);
-        let count = self.socket.async_io(interest, read).await?;
-        received(&bytes[..count])
+        let (count, age) = self.socket.async_io(interest, |from| read(from, &mut bytes)).await?;
+        Ok((received(&bytes[..count])?, age))
     }
 
     /// Sends a frame; waits, without end, while the transmit queue is full.
@@ -91,6 +100,26 @@ fn is_invalid(error: &io::Error) -> bool {
     error.raw_os_error() == Some(Errno::INVAL.raw_os_error())
 }
 
+/// Reads one frame of the kernel: how many bytes, and its age.
+fn read(socket: &CanFdSocket, bytes: &mut [u8]) -> io::Result<(usize, Duration)> {
+    let mut control = nix::cmsg_space!(TimeSpec);
+    let mut parts = [IoSliceMut::new(bytes)];
+    let fd = socket.as_raw_socket().as_raw_fd();
+    let message = recvmsg::<()>(fd, &mut parts, Some(&mut control), MsgFlags::empty())?;
+    let stamp = message.cmsgs()?.find_map(|control| match control {
+        ControlMessageOwned::ScmTimestampns(stamp) => Some(Duration::from(stamp)),
+        _ => None,
+    });
+    let now = clock_gettime(ClockId::CLOCK_REALTIME).map(Duration::from)?;
+    Ok((message.bytes, stamp.map_or(Duration::ZERO, |stamp| age(stamp, now))))
+}
+
+/// Time from a stamp of the wall clock until now. It counts from the read where the wall clock was set in between: then
+/// the two times are of different clocks.
+fn age(stamp: Duration, now: Duration) -> Duration {
+    now.checked_sub(stamp).filter(|age| *age <= OLDEST).unwrap_or_default()
+}
+
 /// Content of a `struct can_frame` or `struct canfd_frame` of the kernel. Their sizes tell them apart.
 fn received(bytes: &[u8]) -> io::Result<Received> {
     let mut record = bytes.to_vec();
@@ -118,6 +147,9 @@ fn native(frame: &CanFrame) -> Vec<u8> {
     record[..4].copy_from_slice(&word.to_ne_bytes());
     record
 }
+
+/// Frames wait longer only in a station that is stopped; then its receive buffer has overflowed.
+const OLDEST: Duration = Duration::from_secs(1);
 
 /// `CANFD_FDF` of `<linux/can.h>`.
 const FDF: u8 = 4;
@@ -171,5 +203,14 @@ mod tests {
         let Received::BusError(error) = received(&bytes).unwrap() else { panic!("a frame") };
         assert_eq!(error.state(), Some(BusState::Off));
         assert!(received(&bytes[..15]).is_err());
+    }
+
+    #[test]
+    fn a_wall_clock_that_was_set_makes_no_age() {
+        let [stamp, ms] = [Duration::from_secs(1_436_509_052), Duration::from_millis(1)];
+        assert_eq!(age(stamp, stamp + 3 * ms), 3 * ms);
+        assert_eq!(age(stamp, stamp), Duration::ZERO);
+        assert_eq!(age(stamp, stamp - ms), Duration::ZERO, "set back");
+        assert_eq!(age(stamp, stamp + 3600 * 1000 * ms), Duration::ZERO, "set forward");
     }
 }

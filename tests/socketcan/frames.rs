@@ -254,7 +254,7 @@ async fn read(peer: &mut CanSocket) -> Result<[u8; RECORD_LEN], String> {
 }
 
 /// A standard frame that carries its number.
-fn numbered(place: u8) -> [u8; RECORD_LEN] {
+pub(crate) fn numbered(place: u8) -> [u8; RECORD_LEN] {
     let mut record = [0; RECORD_LEN];
     record[..5].copy_from_slice(&[0x85, 0x01, 0, 0, 8]);
     record[8] = place;

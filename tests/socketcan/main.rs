@@ -15,6 +15,7 @@ mod interface;
 mod node;
 mod report;
 mod station;
+mod times;
 
 use std::process::ExitCode;
 
@@ -30,6 +31,7 @@ async fn main() -> ExitCode {
     frames::round_trips(&interface, &mut report).await;
     flexible::round_trips(&interface, &mut report).await;
     flexible::refused(&interface, &mut report).await;
+    times::late_reader(&interface, &mut report).await;
     frames::bus_errors(&interface, &mut report).await;
     frames::full_queue(&interface, &mut report).await;
     frames::stalled_queue(&interface, &mut report).await;

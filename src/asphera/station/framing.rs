@@ -62,6 +62,11 @@ impl Framing {
         )
     }
 
+    /// Clock by which receipts are timed, where it is not that of the station as it reads them.
+    pub(crate) fn clock(&self) -> Option<&'static str> {
+        (*self == Framing::CanRecords).then_some("kernel")
+    }
+
     /// Name of the bus among several behind one address.
     pub(crate) fn bus(&self) -> Option<&str> {
         match self {

@@ -76,7 +76,11 @@ impl Line {
     /// A line of that name with its devices, by name.
     pub fn new(name: String, framing: Framing, devices: Vec<(String, Box<dyn Driver>)>) -> Line {
         Line {
-            figures: LinkFigures { name: name.clone(), ..LinkFigures::default() },
+            figures: LinkFigures {
+                name: name.clone(),
+                clock: framing.clock().map(str::to_owned),
+                ..LinkFigures::default()
+            },
             name,
             framing,
             bus: Bus::Absent,

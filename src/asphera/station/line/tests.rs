@@ -244,7 +244,10 @@ fn fd_frames_go_to_those_that_read_them() {
         }
         let readings = ["reading Some(7.0)", "reading Some(5.0)"];
         assert_eq!(received(&mut both, 1, &bytes), readings, "{framing:?}");
-        assert_eq!(both.figures(&[]).discarded_bytes, 0);
+        let figures = both.figures(&[]);
+        assert_eq!(figures.discarded_bytes, 0);
+        let is_kernel = framing == Framing::CanRecords;
+        assert_eq!(figures.clock.as_deref(), is_kernel.then_some("kernel"));
         let mut classic = line_with(framing, false);
         opened(&mut classic, 0, 1);
         assert_eq!(received(&mut classic, 1, &bytes), ["reading Some(5.0)"]);
