@@ -9,8 +9,8 @@ use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
 
 fn hex(text: &str) -> Vec<u8> {
-    let digits = text.as_bytes().chunks(2);
-    digits.map(|pair| u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16).unwrap()).collect()
+    let byte = |at| u8::from_str_radix(&text[at..at + 2], 16).expect("two digits");
+    (0..text.len()).step_by(2).map(byte).collect()
 }
 
 /// 400 signals that cantools read, of every order and sign, in frames of 1 to 64 bytes.
@@ -40,7 +40,8 @@ fn numbers_are_those_of_cantools() {
 }
 
 fn driver(text: &str) -> Box<dyn Driver> {
-    FAMILY.parse("gauge", text).unwrap().driver().unwrap()
+    let settings = FAMILY.parse("gauge", text).expect("settings of a test are sound");
+    settings.driver().expect("settings of a test are sound")
 }
 
 fn events(driver: &mut dyn Driver) -> Vec<Event> {
@@ -48,10 +49,7 @@ fn events(driver: &mut dyn Driver) -> Vec<Event> {
 }
 
 fn readings(events: &[Event]) -> Vec<&Reading> {
-    let reading = |event| match event {
-        &Event::Reading(ref reading) => Some(reading),
-        _ => None,
-    };
+    let reading = |event| if let Event::Reading(reading) = event { Some(reading) } else { None };
     events.iter().filter_map(reading).collect()
 }
 
@@ -65,7 +63,7 @@ fn give(driver: &mut dyn Driver, at_ms: u64, frame: CanFrame) -> Vec<Event> {
 }
 
 fn classic(id: u16, data: &[u8]) -> CanFrame {
-    CanFrame::data_frame(CanId::Standard(id), data).unwrap()
+    CanFrame::data_frame(CanId::Standard(id), data).expect("eight bytes at most")
 }
 
 /// The example of cantools' README: message 496 of motohawk.dbc, with the line `1F0 [8] 80 4A 0F 00 00 00 00 00`: enabled, radius
@@ -181,11 +179,11 @@ fn answers_belong_to_their_questions() {
     assert_eq!(give(&mut *gauge, 5, classic(0x585, &[0, 9])), [Event::Online]);
     assert_eq!(gauge.poll_timeout(), Some(Nanos::from_millis(205)));
     gauge.timeout(Nanos::from_millis(205));
-    assert_eq!(sent(&mut *gauge), [ask.clone()]);
+    assert_eq!(sent(&mut *gauge), std::slice::from_ref(&ask));
     assert_eq!(values(&give(&mut *gauge, 210, classic(0x585, &[0, 10]))), [[Some(0.01)]]);
     assert_eq!(gauge.poll_timeout(), Some(Nanos::from_millis(255)));
     gauge.timeout(Nanos::from_millis(255));
-    assert_eq!(sent(&mut *gauge), [ask.clone()]);
+    assert_eq!(sent(&mut *gauge), std::slice::from_ref(&ask));
     // No answer in time; a late one is none, and defers the next question.
     gauge.timeout(Nanos::from_millis(355));
     let [Event::Fault(fault)] = &events(&mut *gauge)[..] else { panic!("no fault") };
@@ -220,7 +218,7 @@ fn fd_frames_hold_more_numbers() {
 }
 
 fn wrong(text: &str) -> Vec<(usize, String)> {
-    let problems = FAMILY.parse("gauge", text).unwrap_err();
+    let problems = FAMILY.parse("gauge", text).expect_err("a mistake");
     problems.0.into_iter().map(|problem| (problem.line, problem.key)).collect()
 }
 
