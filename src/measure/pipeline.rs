@@ -226,16 +226,37 @@ impl Pipeline {
     /// points; what needs a look at the whole mesh is looked at only when they have grown by a quarter, once when
     /// nearly all that are expected have arrived, and when so much is covered that a pass may be certain.
     pub fn figures(&mut self) -> RunningFigures {
+        self.figures_now(true)
+    }
+
+    /// The same without a look at the whole mesh, even where one is due; a later call of [`Pipeline::figures`] takes it. Points that
+    /// are meshed in space are looked at nevertheless.
+    pub fn figures_without_evaluation(&mut self) -> RunningFigures {
+        self.figures_now(false)
+    }
+
+    /// How often the whole mesh was looked at.
+    pub fn evaluations(&self) -> u64 {
+        self.looks
+    }
+
+    /// Whether a look at the whole mesh is due; never where points may be meshed in space.
+    pub fn awaits_evaluation(&self) -> bool {
+        self.space.is_none() && self.mesh.counts().vertices >= self.next_sampling
+    }
+
+    fn figures_now(&mut self, evaluates: bool) -> RunningFigures {
         if self.space.as_ref().is_some_and(|space| !space.is_beside_plane()) {
             return self.figures_in_space();
         }
         let counts = self.mesh.counts();
         let plane = self.projector.plane();
-        if counts.vertices < self.next_sampling {
+        let is_due = counts.vertices >= self.next_sampling;
+        if !is_due || !evaluates {
             self.current.keep_up(&self.mesh, &self.part, &self.remembered);
         }
-        let may_tell_more = self.may_tell_more(counts.pushed);
-        if counts.vertices >= self.next_sampling || may_tell_more {
+        let may_tell_more = evaluates && self.may_tell_more(counts.pushed);
+        if is_due && evaluates || may_tell_more {
             self.look(may_tell_more);
         }
         if self.space.is_some() && self.folded.is_some() {

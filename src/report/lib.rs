@@ -83,8 +83,8 @@ pub use section::{
     PieceFigures, SECTION_FORMAT, SectionReport, SectionRequest,
 };
 pub use snapshot::{
-    Connection, Convergence, LinkState, Outputs, Progress, SNAPSHOT_FORMAT, Snapshot, State,
-    Waiting,
+    Backlog, Connection, Convergence, LinkState, Outputs, Progress, SNAPSHOT_FORMAT, Snapshot,
+    State, Waiting,
 };
 pub use standards::StandardFigures;
 pub use station::{Answer, ControlError, LiveStation, SessionEntry, SessionFile, Waypoints};

@@ -1,5 +1,7 @@
 //! The state of a station at one moment.
 
+use std::fmt;
+
 use serde::Serialize;
 
 use crate::contour::ContourState;
@@ -107,8 +109,29 @@ pub struct Progress {
     pub eta_coverage_s: Option<f64>,
     /// Points received but not yet in the mesh.
     pub pending_points: u64,
+    /// Points that are recorded and wait to be processed; `None` where processing keeps up.
+    pub backlog: Option<Backlog>,
     /// Reason why a session has no reading yet; `None` once the scan has begun.
     pub waiting: Option<Waiting>,
+}
+
+/// Delay of the processing: points that are recorded and not worked on yet.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Backlog {
+    /// Points that wait.
+    pub waiting_points: u64,
+    /// Seconds since the first of them was read.
+    pub behind_s: f64,
+}
+
+impl fmt::Display for Backlog {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Backlog { waiting_points, behind_s } = self;
+        write!(
+            f,
+            "processing is {behind_s:.1} s behind: {waiting_points} points are recorded and wait"
+        )
+    }
 }
 
 /// Reason why a session has no reading yet.

@@ -17,7 +17,7 @@ use super::brake::Brake;
 use super::lock::Lock;
 use super::recording::Recording;
 use super::view::{Running, View};
-use super::worker::Worker;
+use super::worker::{FiguresWatch, Worker};
 use super::{Asked, Closed, Control, Finished, Handle, Station, StationError, outputs};
 use crate::clock::Clock;
 use crate::conclude::{Outcome, conclude, session_figures};
@@ -56,6 +56,7 @@ pub(super) fn start(config: Config) -> Result<Station, StationError> {
         controls,
         view,
         session: None,
+        figures: None,
         closed: closed_sender,
         report: report_sender,
         awake_by: Instant::now(),
@@ -83,6 +84,8 @@ struct Core {
     controls: mpsc::Receiver<Control>,
     view: View,
     session: Option<Session>,
+    /// Figures of the session.
+    figures: Option<FiguresWatch>,
     closed: mpsc::Sender<Result<Closed, StationError>>,
     report: watch::Sender<Option<Arc<Report>>>,
     /// When the task is to run again at the latest.
@@ -142,18 +145,11 @@ impl Core {
                 decision = scan::decided(&mut self.decider) => self.decide(decision).await,
                 Some(left) = self.leaving.join_next() => self.left(left),
                 () = sleep_until(next_view) => {
-                    self.awake().await;
-                    self.view.show(self.clock.now(), &self.bench, self.session.as_ref().map(|session| {
-                        Running {
-                            figures: session.worker.figures(),
-                            contour: session.worker.contour(),
-                            parts: session.worker.parts(),
-                            trouble: session.recording.trouble(),
-                        }
-                    }));
-                    self.record_points(self.bench.now()).await;
-                    self.end_certain_fail().await;
-                    self.beat();
+                    self.show().await;
+                    next_view = Instant::now() + VIEW_PERIOD;
+                }
+                () = newer_figures(&mut self.figures) => {
+                    self.show().await;
                     next_view = Instant::now() + VIEW_PERIOD;
                 }
                 event = self.events.recv() => if let Some(event) = event {
@@ -166,6 +162,23 @@ impl Core {
                 }
             }
         }
+    }
+
+    /// Sends a snapshot: at least every [`VIEW_PERIOD`], and as soon as there are newer figures.
+    async fn show(&mut self) {
+        self.awake().await;
+        let clock = &self.clock;
+        let running = self.session.as_ref().map(|session| Running {
+            figures: session.worker.figures(),
+            contour: session.worker.contour(),
+            parts: session.worker.parts(),
+            backlog: session.worker.backlog(clock),
+            trouble: session.recording.trouble(),
+        });
+        self.view.show(clock.now(), &self.bench, running);
+        self.record_points(self.bench.now()).await;
+        self.end_certain_fail().await;
+        self.beat();
     }
 
     /// Says that the station gets on, unless the pipeline has not come back for more since the last time. Final figures take as
@@ -328,6 +341,8 @@ impl Core {
                 Asked::Next(reply) => {
                     let _ = reply.send(measurement.and_then(|done| done.next.clone()));
                 }
+                #[cfg(test)]
+                Asked::Stand(_) => {}
                 Asked::Maps(reply) => {
                     let _ = reply.send(measurement.and_then(|done| done.surface.maps()));
                 }
@@ -357,6 +372,8 @@ impl Core {
                     Asked::MeshPly(reply) => worker.mesh_ply(reply).await,
                     Asked::Section(request, reply) => worker.section(request, reply).await,
                     Asked::Next(reply) => worker.next(reply).await,
+                    #[cfg(test)]
+                    Asked::Stand(until) => worker.stand(until).await,
                     Asked::Maps(reply) => {
                         let figures = worker.figures();
                         let _ = reply.send(figures.and_then(|figures| figures.maps.clone()));
@@ -491,6 +508,7 @@ impl Core {
         self.decider = scan::Decider::new(self.config.scan.as_ref());
         self.noted.clear();
         self.view.begin(session_figures(&header, ""));
+        self.figures = Some(worker.watch());
         self.session = Some(Session { header, recording, worker, ending: None });
         // What the old connections still deliver must not reach the new core: a new channel.
         let (sender, events) = mpsc::channel(EVENTS);
@@ -621,6 +639,18 @@ async fn ended(session: &mut Option<Session>) -> Option<Measurement> {
     match session.as_mut().and_then(|session| session.ending.as_mut()) {
         Some(ending) => (&mut ending.measurement).await.ok(),
         None => std::future::pending().await,
+    }
+}
+
+/// Figures newer than those of the last snapshot, once there are any.
+async fn newer_figures(figures: &mut Option<FiguresWatch>) {
+    // Figures of a pipeline that has ended get no newer.
+    let is_newer = match figures {
+        Some(figures) => figures.changed().await.is_ok(),
+        None => false,
+    };
+    if !is_newer {
+        std::future::pending().await
     }
 }
 

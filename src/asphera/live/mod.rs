@@ -4,9 +4,11 @@
 //! decides the order of everything and hands it to the recorder; the pipeline makes figures. What a
 //! person sees is put together in `view`.
 
+mod backlog;
 mod brake;
 mod contour;
 mod core;
+mod evaluations;
 mod lock;
 mod outputs;
 mod parts;
@@ -158,6 +160,9 @@ enum Asked {
     Section(SectionRequest, oneshot::Sender<Cut>),
     Without(Vec<Term>, oneshot::Sender<FormViewAnswer>),
     Next(oneshot::Sender<Option<Next>>),
+    /// Not answered: the pipeline stands until the other end is dropped.
+    #[cfg(test)]
+    Stand(std::sync::mpsc::Receiver<()>),
 }
 
 impl Station {

@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use asphera_link::Command;
 use asphera_report::{Snapshot, State, Status, Waiting};
-use asphera_sim_chrocodile::{Device, Simulator, tcp};
+use asphera_sim_chrocodile::{Device, Sample, Simulator, tcp};
 use tokio::io::AsyncWriteExt as _;
 use tokio::time::timeout;
 
-use super::Station;
+use super::{Asked, Control, Station};
 use crate::config::Config;
 
 fn station(address: &str, recordings: &str, first: &str) -> Config {
@@ -203,4 +203,53 @@ async fn a_link_to_another_device_says_what_came() {
     };
     until(&mut snapshots, said).await;
     receiver.abort();
+}
+
+#[tokio::test]
+async fn points_are_recorded_while_processing_is_behind_and_the_snapshot_says_by_how_much() {
+    const POINTS: u64 = 3000;
+    let folder = tempfile::tempdir().unwrap();
+    let simulator = Simulator::new(Device::new(3000.0), 64);
+    let (address, serving) = tcp(simulator.clone(), (Ipv4Addr::LOCALHOST, 0).into()).await.unwrap();
+    let serving = tokio::spawn(serving);
+    let recordings = folder.path().to_str().unwrap();
+    let config = station(&address.to_string(), recordings, "idle_s = 600\nfirst_s = 600");
+    let mut station = Station::start(config).unwrap();
+    let mut snapshots = station.handle().watch();
+    station.handle().session(Command::Start).await.unwrap();
+    let is_ready =
+        |now: &Snapshot| matches!(now.progress.waiting, Some(Waiting::FirstTrigger { .. }));
+    until(&mut snapshots, is_ready).await;
+
+    let (goes_on, stands) = std::sync::mpsc::channel();
+    let handle = station.handle();
+    handle.control.send(Control::Asked(Asked::Stand(stands))).await.unwrap();
+    for exposure_count in 0..POINTS {
+        let encoder = [(exposure_count % 50) as i32 * 20, 0, 0, 0, 0];
+        simulator.trigger(Sample { exposure_count, encoder, ..Sample::default() }).await.unwrap();
+    }
+    let all_wait = |now: &Snapshot| {
+        now.progress.backlog.is_some_and(|backlog| backlog.waiting_points == POINTS)
+    };
+    let behind = until(&mut snapshots, all_wait).await;
+    // All of them were read, and none was worked on.
+    assert_eq!((behind.links[0].readings, behind.points.received), (POINTS, 0));
+    let backlog = behind.progress.backlog.unwrap();
+    assert!(backlog.behind_s >= 0.5, "{backlog}");
+    let words = format!("{backlog}");
+    assert!(words.ends_with(" s behind: 3000 points are recorded and wait"), "{words}");
+
+    drop(goes_on);
+    let caught_up =
+        |now: &Snapshot| now.points.received == POINTS && now.progress.backlog.is_none();
+    until(&mut snapshots, caught_up).await;
+    station.handle().session(Command::Stop).await.unwrap();
+    let finished =
+        timeout(Duration::from_secs(60), station.closed()).await.unwrap().unwrap().finished;
+    let report = &finished.measurement.report;
+    assert_eq!((report.points.received, report.points.lost), (POINTS, 0));
+    let mut again = crate::replay::replay(finished.recording.as_ref().unwrap(), |_| {}).unwrap();
+    again.report.timing = report.timing.clone();
+    assert_eq!(&again.report, report);
+    serving.abort();
 }

@@ -7,11 +7,12 @@ use asphera_link::Nanos;
 use asphera_report::contour::{ContourState, SessionContour};
 use asphera_report::parts::SessionParts;
 use asphera_report::{
-    Connection, LinkState, MapsState, Outputs, Progress, SamplingFigures, SessionFigures, Snapshot,
-    State, Waiting,
+    Backlog, Connection, LinkState, MapsState, Outputs, Progress, SamplingFigures, SessionFigures,
+    Snapshot, State, Waiting,
 };
 use asphera_surface::coverage::{Progress as Left, completion};
 use tokio::sync::watch;
+use tracing::{info, warn};
 
 use super::Finished;
 use crate::config::{Config, LinkConfig};
@@ -24,6 +25,8 @@ pub(super) struct Running {
     pub(super) figures: Option<Arc<RunningFigures>>,
     pub(super) contour: Option<Arc<SessionContour>>,
     pub(super) parts: Option<Arc<SessionParts>>,
+    /// Points that wait for the pipeline, where it does not keep up.
+    pub(super) backlog: Option<Backlog>,
     /// Why the recording is in trouble.
     pub(super) trouble: Option<String>,
 }
@@ -36,6 +39,7 @@ pub(super) struct View {
     snapshot: Snapshot,
     points: Meter,
     readings: Vec<Meter>,
+    behind: Behind,
     finished: Option<Arc<Finished>>,
 }
 
@@ -49,6 +53,7 @@ impl View {
             snapshot,
             points: Meter::default(),
             readings: vec![Meter::default(); config.links.len()],
+            behind: Behind::default(),
             finished: None,
         }
     }
@@ -60,6 +65,7 @@ impl View {
     /// A session begins: nothing of the one before is shown any more.
     pub(super) fn begin(&mut self, session: SessionFigures) {
         self.finished = None;
+        self.behind = Behind::default();
         self.points = Meter::default();
         self.readings.iter_mut().for_each(|meter| *meter = Meter::default());
         self.snapshot = Snapshot {
@@ -121,7 +127,7 @@ impl View {
             .map(|((line, config), meter)| link_state(now, line, config, meter, bench))
             .collect();
         snapshot.scan = bench.scanner().map(|scanner| scanner.figures(now));
-        if let Some(Running { figures, contour, parts, trouble }) = session {
+        if let Some(Running { figures, contour, parts, backlog, trouble }) = session {
             snapshot.elapsed_s = now.as_secs_f64();
             if let Some(figures) = figures {
                 snapshot.points = figures.points.clone();
@@ -155,6 +161,8 @@ impl View {
                 &snapshot.sampling,
             );
             snapshot.progress.waiting = waiting;
+            snapshot.progress.backlog = backlog;
+            self.behind.note(backlog);
         }
         self.sender.send_replace(Arc::new(self.snapshot.clone()));
     }
@@ -183,9 +191,36 @@ fn progress(
         eta_s: left.and_then(|left| left.by_plan_s),
         eta_coverage_s: left.and_then(|left| left.by_coverage_s),
         pending_points,
+        backlog: None,
         waiting: None,
     }
 }
+
+/// What the log says of a processing that does not keep up: that it began, that it grew twice as long, that it ended.
+#[derive(Default)]
+struct Behind {
+    /// The delay that was said last, s; 0 where processing keeps up.
+    said_s: f64,
+}
+
+impl Behind {
+    fn note(&mut self, backlog: Option<Backlog>) {
+        match backlog {
+            Some(backlog) if backlog.behind_s >= (2.0 * self.said_s).max(SAID_S) => {
+                self.said_s = backlog.behind_s;
+                warn!("{backlog}");
+            }
+            None if self.said_s > 0.0 => {
+                self.said_s = 0.0;
+                info!("processing has caught up");
+            }
+            _ => {}
+        }
+    }
+}
+
+/// A shorter delay of the processing is not worth a line of the log, s.
+const SAID_S: f64 = 2.0;
 
 /// What the scan waits for, unless it has begun.
 fn waiting(now: Nanos, bench: &Bench) -> Option<Waiting> {

@@ -4,14 +4,17 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
+use asphera_link::Nanos;
 use asphera_report::contour::SessionContour;
 use asphera_report::parts::SessionParts;
-use asphera_report::{Cut, SectionRequest};
+use asphera_report::{Backlog, Cut, SectionRequest};
 use tokio::runtime::Handle;
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::timeout;
 
+use super::backlog::Waiting;
 use super::contour::Contours;
+use super::evaluations::Evaluations;
 use super::parts::Parts;
 use crate::clock::Clock;
 use crate::contour::ContourPlan;
@@ -22,10 +25,14 @@ use crate::weighing::Weighing;
 use asphera_measure::Part;
 use asphera_measure::{Along, Measurement, Next, Pipeline, RunningFigures};
 
+/// Newest running figures, if there are any.
+pub(super) type FiguresWatch = watch::Receiver<Option<Arc<RunningFigures>>>;
+
 /// Hands points to the pipeline's thread.
 pub(super) struct Worker {
     work: mpsc::Sender<Work>,
-    figures: watch::Receiver<Option<Arc<RunningFigures>>>,
+    waiting: Waiting,
+    figures: FiguresWatch,
     contour: watch::Receiver<Option<Arc<SessionContour>>>,
     parts: watch::Receiver<Option<Arc<SessionParts>>>,
     turns: Arc<AtomicU64>,
@@ -42,6 +49,9 @@ enum Work {
     Next(oneshot::Sender<Option<Next>>),
     Assess(oneshot::Sender<Arc<RunningFigures>>),
     Finish(oneshot::Sender<Measurement>),
+    /// The thread stands until the other end is dropped: a pipeline that does not keep up.
+    #[cfg(test)]
+    Stand(std::sync::mpsc::Receiver<()>),
 }
 
 impl Worker {
@@ -59,7 +69,8 @@ impl Worker {
         let runtime = Handle::current();
         let pipeline = Pipeline::along(part, along).expecting(expected_points);
         let turns = Arc::new(AtomicU64::new(0));
-        let turned = turns.clone();
+        let waiting = Waiting::new();
+        let pace = Pace::new(clock, turns.clone(), waiting.clone());
         let (contours, newest) = watch::channel(None);
         let contours = contour.map(|plan| Contours::new(plan, contours));
         let (part_news, found) = watch::channel(None);
@@ -67,13 +78,23 @@ impl Worker {
         let line = Line { pipeline, weighing, contours, parts };
         std::thread::Builder::new()
             .name("pipeline".to_owned())
-            .spawn(move || run(line, clock, &runtime, receiver, &sender, &turned))?;
-        Ok(Worker { work, figures, contour: newest, parts: found, turns })
+            .spawn(move || run(line, pace, &runtime, receiver, &sender))?;
+        Ok(Worker { work, waiting, figures, contour: newest, parts: found, turns })
     }
 
     /// The newest running figures.
     pub(super) fn figures(&self) -> Option<Arc<RunningFigures>> {
         self.figures.borrow().clone()
+    }
+
+    /// The newest running figures, and when there are newer ones.
+    pub(super) fn watch(&self) -> FiguresWatch {
+        self.figures.clone()
+    }
+
+    /// Points that wait to be worked on and for how long; `None` where the pipeline keeps up.
+    pub(super) fn backlog(&self, clock: &Clock) -> Option<Backlog> {
+        self.waiting.backlog(clock)
     }
 
     /// The newest contour; `None` where none is asked for, or there is none yet.
@@ -91,10 +112,19 @@ impl Worker {
         self.turns.load(Ordering::Relaxed)
     }
 
-    /// Hands over points; waits while the pipeline is behind, which holds the links back. Fails when the
-    /// pipeline has died.
+    /// Hands over points. It waits while as many wait as may, which holds the links back. Fails when the pipeline has died.
     pub(super) async fn points(&self, points: Vec<Point>) -> Result<(), Died> {
+        tokio::select! {
+            () = self.waiting.hand_over(&points) => {}
+            () = self.work.closed() => return Err(Died),
+        }
         self.work.send(Work::Points(points)).await.map_err(|_| Died)
+    }
+
+    /// Lets the thread stand until the other end is dropped.
+    #[cfg(test)]
+    pub(super) async fn stand(&self, until: std::sync::mpsc::Receiver<()>) {
+        let _ = self.work.send(Work::Stand(until)).await;
     }
 
     /// Asks for the mesh as a PLY file.
@@ -172,20 +202,19 @@ impl Line {
 
 fn run(
     mut line: Line,
-    clock: Clock,
+    mut pace: Pace,
     runtime: &Handle,
     mut work: mpsc::Receiver<Work>,
     figures: &watch::Sender<Option<Arc<RunningFigures>>>,
-    turns: &AtomicU64,
 ) {
-    let mut shown_at = clock.now();
-    let mut shown = 0;
     loop {
-        turns.fetch_add(1, Ordering::Relaxed);
+        pace.turns.fetch_add(1, Ordering::Relaxed);
         let next = runtime.block_on(async { timeout(PERIOD, work.recv()).await });
         match next {
             Ok(Some(Work::Points(points))) => {
+                pace.waiting.begin(&points);
                 line.take(&points);
+                pace.waiting.taken(&points);
             }
             Ok(Some(Work::MeshPly(reply))) => {
                 // A client that hung up no longer wants it.
@@ -207,25 +236,74 @@ fn run(
                 let _ = reply.send(line.finish());
                 return;
             }
+            #[cfg(test)]
+            Ok(Some(Work::Stand(until))) => drop(until.recv()),
             Ok(None) => return,
             Err(_) => {}
         }
         if let Some(contours) = &mut line.contours {
-            contours.keep_up(clock.now());
+            contours.keep_up(pace.clock.now());
         }
         if let Some(parts) = &mut line.parts {
-            parts.keep_up(clock.now());
+            parts.keep_up(pace.clock.now());
         }
-        let now = clock.now();
-        if line.pipeline.received() != shown && now.since(shown_at) >= PERIOD {
-            shown = line.pipeline.received();
-            shown_at = now;
-            figures.send_replace(Some(Arc::new(line.pipeline.figures())));
+        if let Some(newer) = pace.figures(&mut line.pipeline) {
+            figures.send_replace(Some(Arc::new(newer)));
         }
+    }
+}
+
+/// Times of the thread: when it makes figures, and when it may evaluate the whole mesh.
+struct Pace {
+    clock: Clock,
+    turns: Arc<AtomicU64>,
+    waiting: Waiting,
+    evaluations: Evaluations,
+    /// When figures were made last.
+    shown_at: Nanos,
+    /// Points that the pipeline had received then.
+    shown: u64,
+    /// Points that the core had handed over then.
+    handed: u64,
+    /// Points a second that the core hands over.
+    rate_hz: f64,
+}
+
+impl Pace {
+    fn new(clock: Clock, turns: Arc<AtomicU64>, waiting: Waiting) -> Pace {
+        let shown_at = clock.now();
+        let evaluations = Evaluations::default();
+        Pace { clock, turns, waiting, evaluations, shown_at, shown: 0, handed: 0, rate_hz: 0.0 }
+    }
+
+    /// Figures, if they are due and there are newer points. The mesh is evaluated where that is due and may hold points up.
+    fn figures(&mut self, pipeline: &mut Pipeline) -> Option<RunningFigures> {
+        let (began, received) = (self.clock.now(), pipeline.received());
+        let since_s = began.since(self.shown_at).as_secs_f64();
+        if received == self.shown && !pipeline.awaits_evaluation() || since_s < PERIOD.as_secs_f64()
+        {
+            return None;
+        }
+        let handed = self.waiting.handed();
+        // A pause of a moment, as at the end of a line, is none.
+        self.rate_hz = ((handed - self.handed) as f64 / since_s).max(self.rate_hz * RATE_STAYS);
+        (self.shown, self.shown_at, self.handed) = (received, began, handed);
+        let now_s = began.as_secs_f64();
+        if !self.evaluations.may_begin(now_s, received, self.rate_hz, self.waiting.points()) {
+            return Some(pipeline.figures_without_evaluation());
+        }
+        let before = pipeline.evaluations();
+        let figures = pipeline.figures();
+        if pipeline.evaluations() > before {
+            self.evaluations.took(now_s, self.clock.now().as_secs_f64(), received);
+        }
+        Some(figures)
     }
 }
 
 /// How often running figures are made: more than five times a second.
 pub(super) const PERIOD: Duration = Duration::from_millis(120);
-/// Batches of points that may wait.
-const QUEUE: usize = 1024;
+/// Share of a rate that is left after figures without a new point: a tenth after some five seconds.
+const RATE_STAYS: f64 = 0.95;
+/// Batches of points and questions that may wait.
+const QUEUE: usize = 65_536;

@@ -68,6 +68,9 @@ fn session(out: &mut Exposition, snapshot: &Snapshot) {
     out.known("asphera_session_progress_ratio", "Share of the scan plan.", progress.fraction);
     let pending = progress.pending_points as f64;
     out.gauge("asphera_session_points_pending", "Points that are not in the mesh yet.", pending);
+    let behind_s = progress.backlog.map_or(0.0, |backlog| backlog.behind_s);
+    let help = "Delay of the processing behind the recording.";
+    out.gauge("asphera_session_behind_seconds", help, behind_s);
     out.gauge("asphera_mesh_vertices", "Vertices of the mesh.", mesh.vertices as f64);
     let help = "Share of the aperture that is sampled densely enough.";
     out.known("asphera_sampling_coverage_ratio", help, sampling.coverage);

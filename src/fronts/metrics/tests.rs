@@ -1,7 +1,7 @@
 //! A snapshot as a monitor reads it.
 
 use asphera_report::{
-    Check, Connection, Convergence, FigureName, LinkState, MeshFigures, Points, Progress,
+    Backlog, Check, Connection, Convergence, FigureName, LinkState, MeshFigures, Points, Progress,
     SNAPSHOT_FORMAT, SamplingFigures, Snapshot, State, Status, Verdict,
 };
 
@@ -30,7 +30,10 @@ fn snapshot() -> Snapshot {
         state: State::Measuring,
         elapsed_s: 1.5,
         session: None,
-        progress: Progress::default(),
+        progress: Progress {
+            backlog: Some(Backlog { waiting_points: 1_600_000, behind_s: 3.25 }),
+            ..Progress::default()
+        },
         points: Points {
             received: 12,
             missing: 3,
@@ -70,6 +73,7 @@ fn every_figure_has_its_unit_and_its_labels() {
         "asphera_station_state{station=\"bench \\\"A\\\"\",state=\"idle\"} 0.0",
         "asphera_session_points 12.0",
         "asphera_session_points_missing 3.0",
+        "asphera_session_behind_seconds 3.25",
         "asphera_session_points_flagged{reason=\"outlier\"} 4.0",
         "asphera_sampling_gap_meters 0.00025",
         "asphera_verdict{status=\"undecided\"} 1.0",

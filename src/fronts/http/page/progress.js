@@ -23,6 +23,7 @@ export function showProgress({ progress, points, state }) {
     number("received", "Received", count(points.received)),
     number("used", "Used", count(points.used)),
     number("pending", "Not yet in the mesh", count(progress.pending_points)),
+    ...(progress.backlog ? [number("backlog", "Waiting to be processed", `${count(progress.backlog.waiting_points)}, ${duration(progress.backlog.behind_s)} behind`, "bad")] : []),
     number("lost", "Lost", count(points.lost), points.lost > 0 ? "bad" : ""),
     ...(points.missing > 0 ? [number("missing", "Never came", count(points.missing), "bad")] : []),
     number("duplicates", "Duplicates", count(points.duplicates)),
