@@ -20,6 +20,7 @@
 mod aperture;
 pub mod artefact;
 pub mod basis;
+mod contact;
 mod deviation;
 mod fit;
 pub mod form_error;
@@ -33,6 +34,7 @@ pub mod shape;
 mod spline_fit;
 
 pub use aperture::{Aperture, ApertureError};
+pub use contact::{Touch, Touched, Untouched};
 pub use deviation::{Figures, NM_PER_MM, deviations};
 pub use fit::{
     Caution, Combination, Covariance, Estimate, Excluded, Fit, FitError, FitSettings, Freedoms,

@@ -237,15 +237,9 @@ impl Nominal {
 
     /// As [`Nominal::lfs_bound_mm`] at a place of the part frame in mm, for every kind of nominal; `None`
     /// beyond the domain.
-    ///
-    /// The curvatures of the graph are the eigenvalues of the second fundamental form `H/√(1+|∇z|²)` against
-    /// the first, `1 + ∇z·∇zᵀ`: with mean M and Gaussian curvature G, `|M| + √(M² − G)` is the larger.
     pub fn lfs_bound_at_mm(&self, x_mm: f64, y_mm: f64) -> Option<f64> {
-        let Jet { gradient: [p, q], hessian_per_mm: [r, s, t], .. } = self.jet(x_mm, y_mm)?;
-        let w = 1.0 + p * p + q * q;
-        let mean = ((1.0 + q * q) * r - 2.0 * p * q * s + (1.0 + p * p) * t) / (2.0 * w * w.sqrt());
-        let gaussian = (r * t - s * s) / (w * w);
-        Some((mean.abs() + (mean * mean - gaussian).max(0.0).sqrt()).recip())
+        let [mean, beyond] = self.jet(x_mm, y_mm)?.mean_curvature();
+        Some((mean.abs() + beyond).recip())
     }
 
     /// Distance from the axis in mm at which the root of the conic ends: |R|/√(1+κ) for κ > −1, else

@@ -68,6 +68,20 @@ pub struct Jet {
     pub hessian_per_mm: [f64; 3],
 }
 
+impl Jet {
+    /// The mean of the principal curvatures and half their difference, 1/mm, positive where the surface bends towards +z.
+    ///
+    /// The curvatures of a graph are the eigenvalues of the second fundamental form `H/√(1+|∇z|²)` against the first,
+    /// `1 + ∇z·∇zᵀ`: with mean M and Gaussian curvature G they are `M ± √(M² − G)`.
+    pub(crate) fn mean_curvature(&self) -> [f64; 2] {
+        let Jet { gradient: [p, q], hessian_per_mm: [r, s, t], .. } = *self;
+        let w = 1.0 + p * p + q * q;
+        let mean = ((1.0 + q * q) * r - 2.0 * p * q * s + (1.0 + p * p) * t) / (2.0 * w * w.sqrt());
+        let gaussian = (r * t - s * s) / (w * w);
+        [mean, (mean * mean - gaussian).max(0.0).sqrt()]
+    }
+}
+
 /// A parameter of a shape, with its value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapeParameter {

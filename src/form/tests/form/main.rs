@@ -8,6 +8,7 @@
 
 mod bad_input;
 mod common;
+mod contact;
 mod curvature;
 mod dabam;
 mod degenerate;
