@@ -18,7 +18,7 @@ use crate::parts::{PartsPlan, RunningParts};
 use crate::session::{self, Recovery, Session, What};
 use crate::station::{AssembleError, Bench, Happening, Point, assemble};
 use crate::weighing::Weighing;
-use asphera_measure::{Along, Measurement, Pipeline};
+use asphera_measure::{Along, Measurement, Pipeline, Tip};
 
 /// Why a session cannot be replayed.
 #[derive(Debug, Error)]
@@ -83,6 +83,7 @@ impl Playback {
         self.config.kinematics =
             self.config.kinematics.bare().ok_or(ReplayError::NoBareReadings)?;
         self.config.calibration = None;
+        self.config.tip = None;
         if let Some(thermal) = self.config.thermal.as_mut() {
             thermal.starts_with_angle = machine == Machine::Polar;
         }
@@ -100,6 +101,11 @@ impl Playback {
     /// Noise of the heights of its points, mm, where they were joined by time and it is stated.
     pub fn noise_mm(&self) -> Option<f64> {
         self.config.noise_mm()
+    }
+
+    /// The ball tip as the recording names it.
+    pub fn tip(&self) -> Option<Tip> {
+        self.config.tip
     }
 
     /// The direction of projection as the recording names it.
@@ -229,7 +235,8 @@ impl Played {
 /// When there is nothing to replay. Damage within a recording is passed over and counted.
 pub fn replay(path: &Path, pace: impl FnMut(Nanos)) -> Result<Measurement, ReplayError> {
     let playback = Playback::open(path)?;
-    let mut pipeline = Pipeline::along(playback.part().clone(), playback.along());
+    let mut pipeline =
+        Pipeline::along(playback.part().clone(), playback.along()).with_tip(playback.tip());
     let weighing = Weighing::new(playback.part(), playback.noise_mm());
     let played =
         playback.play(pace, |point| pipeline.take(weighing.weighed(point), point.reasons()));

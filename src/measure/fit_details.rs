@@ -166,7 +166,8 @@ fn provisional(estimate: &LiveEstimate, part: &Part) -> Vec<CautionFigures> {
     all.map(|text| mild("provisional", text.to_owned())).collect()
 }
 
-fn mild(kind: &str, text: String) -> CautionFigures {
+/// A caution that forbids no verdict.
+pub(super) fn mild(kind: &str, text: String) -> CautionFigures {
     CautionFigures { kind: kind.to_owned(), text, forbids_verdict: false }
 }
 

@@ -23,7 +23,10 @@ use crate::running::{History, Running};
 use crate::sampling::{Current, Next, Remembered};
 use crate::space::{self, Gathered as InSpace};
 use crate::step::Step;
-use crate::{Part, Weights, assessment, cells, cutting, figures, maps, origin, removal};
+use crate::tip::{self, Centres, Tip};
+use crate::{
+    Part, Weights, assessment, cells, cutting, figures, fit_details, maps, origin, removal,
+};
 
 /// Takes the points of one part.
 pub struct Pipeline {
@@ -65,6 +68,10 @@ pub struct Pipeline {
     space: Option<InSpace>,
     /// Why they do not project, as of the last look.
     folded: Option<String>,
+    /// Along what they are projected, as it was asked for.
+    along: Along,
+    /// Centres of a ball tip, whose contacts the points are.
+    centres: Option<Centres>,
 }
 
 /// The running figures of a part.
@@ -143,7 +150,17 @@ impl Pipeline {
             slopes: profile::Slopes::default(),
             space: along.in_space().map(InSpace::new),
             folded: None,
+            along,
+            centres: None,
         }
+    }
+
+    /// The same for centres of a ball, whose contacts with the surface are then measured. `None`, and a ball of radius 0, leave
+    /// points as they are. Call it before the first point.
+    #[must_use]
+    pub fn with_tip(self, tip: Option<Tip>) -> Pipeline {
+        let centres = tip.and_then(|tip| Centres::new(tip, &self.part, self.along));
+        Pipeline { centres, ..self }
     }
 
     /// The same, told that no more than so many points will come.
@@ -187,6 +204,10 @@ impl Pipeline {
                 *self.flagged.entry("not_finite").or_default() += 1;
                 continue;
             }
+            let point = match &mut self.centres {
+                Some(centres) => centres.take(point),
+                None => point,
+            };
             if let Some(space) = &mut self.space {
                 space.push(point.at_mm);
                 if !space.is_beside_plane() {
@@ -283,7 +304,17 @@ impl Pipeline {
             sampling: SamplingFigures { current: self.current.figures(), ..self.sampling.clone() },
             form: estimate.as_ref().map(|estimate| {
                 let made = self.running.reference();
-                figures::running_form(&self.part, estimate, made.as_ref(), &plane, &self.errors)
+                let mut form = figures::running_form(
+                    &self.part,
+                    estimate,
+                    made.as_ref(),
+                    &plane,
+                    &self.errors,
+                );
+                let of_tip = self.centres.as_ref().map(|_| tip::PROVISIONAL);
+                let caution = |text: &str| fit_details::mild("provisional", text.to_owned());
+                form.fit.details.cautions.extend(of_tip.map(caution));
+                form
             }),
             map: estimate.as_ref().map(figures::map),
             cells: estimate.map(|estimate| Cells {
@@ -393,6 +424,8 @@ impl Pipeline {
         let doubt = if self.part.reference.is_some() {
             // It may follow what stands off it now.
             Some("the reference is made anew from all points at the end")
+        } else if self.centres.is_some() {
+            Some(tip::FOUND_ANEW)
         } else if !self.mesh.projectable() {
             Some("points stand above or below others")
         } else if self.mesh.counts().duplicates > 0 {
@@ -419,6 +452,9 @@ impl Pipeline {
 
     /// The final figures, from all points; `begin` hears of each step. The figures do not depend on that.
     pub fn finish_by_steps(mut self, begin: &mut dyn FnMut(Step)) -> Measurement {
+        if let Some(centres) = self.centres.take() {
+            return self.finish_contacts(centres, begin);
+        }
         begin(Step::Mesh);
         if let Some(space) = self.space.take_if(|space| !space.is_beside_plane()) {
             return space::measure(space, self.points(), self.part, None, begin);
@@ -440,6 +476,22 @@ impl Pipeline {
         }
         let gathered = Gathered { mesh, points, heights_mm, grids, remembered, space };
         measurement::measure(gathered, part, &projector, begin)
+    }
+
+    /// The final figures of the contacts of a ball tip: those of a measurement of the contacts themselves.
+    fn finish_contacts(mut self, centres: Centres, begin: &mut dyn FnMut(Step)) -> Measurement {
+        self.projector.finish(|_, _| {});
+        let solved = centres.solve(&self.part, &self.projector.plane());
+        let Pipeline { part, along, expected_points, received, mut flagged, looks, .. } = self;
+        let mut again = Pipeline::along(part, along).expecting(expected_points);
+        again.take_positions(solved.contacts.iter().copied());
+        for (reason, count) in &solved.untouched {
+            *flagged.entry(*reason).or_default() += count;
+        }
+        (again.received, again.flagged, again.looks) = (received, flagged, looks);
+        let mut measurement = again.finish_by_steps(begin);
+        tip::conclude(&solved, &mut measurement);
+        measurement
     }
 
     /// The mesh so far, as vertices in the measured frame and triangles; points still waiting for their
@@ -482,6 +534,10 @@ impl Pipeline {
     }
 
     fn accept(&mut self, point: Point) {
+        let point = match &mut self.centres {
+            Some(centres) => centres.take(point),
+            None => point,
+        };
         if let Some(space) = &mut self.space {
             space.push(point.at_mm);
             if !space.is_beside_plane() {
@@ -511,6 +567,7 @@ impl Pipeline {
             duplicates: counts.duplicates,
             lost: 0,
             missing: 0,
+            tip: None,
         }
     }
 }

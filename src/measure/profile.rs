@@ -19,6 +19,7 @@ use asphera_mesh::Mesh;
 use asphera_report::{
     FormFigures, MeshFigures, Points, ProfileFigures, Report, SamplingFigures, Verdict,
 };
+use asphera_surface::Plane;
 use laid::{in_plane, laid};
 use limits::{hold_others, is_of_deviation};
 pub(super) use line::Line;
@@ -76,9 +77,7 @@ pub(super) fn measure(taken: Taken, mut part: Part, projector: &Projector) -> Me
     let Taken { mesh, line, mut points, heights_mm, slopes, remembered } = taken;
     let plane = projector.plane();
     let own = Part { free: in_plane(&part.free, line.way()), ..part.clone() };
-    let fitted = laid(mesh.points(), &own, &line, |points, part| {
-        fitted(points, part, &plane, heights_mm.as_deref())
-    });
+    let fitted = fit_along(&line, mesh.points(), &own, &plane, heights_mm.as_deref());
     if let Ok(fitted) = &fitted {
         part.aperture = fitted.aperture.clone();
     }
@@ -154,6 +153,18 @@ pub(super) fn measure(taken: Taken, mut part: Part, projector: &Projector) -> Me
         projector,
         Parts { points, fitted, deviations_mm, form, sampling, seen, verdict, profile, remembered },
     )
+}
+
+/// The fit of a part to points on a line, with the freedoms that a line feels.
+pub(super) fn fit_along(
+    line: &Line,
+    points: &[PointMm],
+    part: &Part,
+    plane: &Plane,
+    heights_mm: Option<&[f64]>,
+) -> Result<Fitted, NoFit> {
+    let own = Part { free: in_plane(&part.free, line.way()), ..part.clone() };
+    laid(points, &own, line, |points, part| fitted(points, part, plane, heights_mm))
 }
 
 /// Counts the points that the fit used, and those it did not, by reason.

@@ -102,6 +102,11 @@ impl Along {
         }
     }
 
+    /// Whether the points are projected onto a plane in any case, and never meshed in space.
+    pub fn has_plane(&self) -> bool {
+        self.in_space().is_none()
+    }
+
     /// When the points are meshed in space; `None`: never.
     pub(super) fn in_space(&self) -> Option<When> {
         match self.0 {

@@ -37,6 +37,7 @@ mod section;
 mod snapshot;
 pub mod standards;
 mod station;
+mod tip;
 mod unmeasured;
 mod verdict;
 mod view;
@@ -88,6 +89,7 @@ pub use snapshot::{
 };
 pub use standards::StandardFigures;
 pub use station::{Answer, ControlError, LiveStation, SessionEntry, SessionFile, Waypoints};
+pub use tip::TipFigures;
 pub use unmeasured::UnmeasuredFigures;
 pub use verdict::{Check, Status, Verdict};
 pub use view::{Block, Chapter, ChapterId, Column, Fact, Layout, Table, View, columns};

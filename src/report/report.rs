@@ -8,7 +8,7 @@ use crate::contour::ContourReport;
 use crate::parts::SessionParts;
 use crate::{
     FaceFigures, FeatureFigures, FormFigures, Label, LinkFigures, MeshFigures, PlaceFigures,
-    ProfileFigures, ReadingFigures, SamplingFigures, Verdict,
+    ProfileFigures, ReadingFigures, SamplingFigures, TipFigures, Verdict,
 };
 
 /// Version of the layout of [`Report`]. A reader refuses what it does not know.
@@ -72,6 +72,9 @@ pub struct Points {
     /// Triggers of the scan that had not come when the session ended, where the scan says how many it has.
     #[serde(default)]
     pub missing: u64,
+    /// Compensation of the radius of a ball tip; absent where there was none, and of running figures.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tip: Option<Box<TipFigures>>,
 }
 
 /// How long it took. Never compared between runs.

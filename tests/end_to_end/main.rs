@@ -4,6 +4,7 @@
 
 mod api;
 mod attacked;
+mod ball_tip;
 mod border;
 mod browser;
 mod by_time;

@@ -236,7 +236,7 @@ impl Opened {
         let source = Source::of_points(&self.path, points_mm, self.format);
         let known = face.part(part.clone());
         let (mut measurement, timing): (Measurement, Timing) =
-            timed(known, face.projection(), &source, seed, progress)?;
+            timed(known, (face.projection(), None), &source, seed, progress)?;
         measurement.report.timing = timing;
         let lies = Lying::in_report(&face, &part.nominal, &measurement.report);
         if self.are_two {

@@ -15,7 +15,7 @@ use super::unit_doubt::UnitCheck;
 use crate::clock::Clock;
 use crate::config::TOML;
 use crate::weighing::Weighing;
-use asphera_measure::{Along, Measurement, Pipeline};
+use asphera_measure::{Along, Measurement, Pipeline, Tip};
 use asphera_measure::{Part, Weights};
 use asphera_nominal::{bytes_of, text_of};
 
@@ -82,11 +82,15 @@ pub(super) fn refuse_weights(
 }
 
 /// A pipeline for the points of a source, which knows how well they are known where the nominal asks for it.
-fn pipeline(part: Part, along: Along, source: &Source) -> Result<Pipeline, Failure> {
+fn pipeline(
+    part: Part,
+    (along, tip): (Along, Option<Tip>),
+    source: &Source,
+) -> Result<Pipeline, Failure> {
     if part.criterion.weights == Weights::Uncertainty {
         check_uncertainties(&part, source)?;
     }
-    let mut pipeline = Pipeline::along(part, along);
+    let mut pipeline = Pipeline::along(part, along).with_tip(tip);
     if let Content::File(topography) = source.content() {
         let places = topography.points().map(|[x, ..]| x);
         pipeline.know_slopes(places.zip(topography.slopes().iter().copied()));
@@ -101,13 +105,17 @@ pub(super) fn measured(
     source: &Source,
     progress: &Progress,
 ) -> Result<Measurement, Failure> {
-    timed(part, along, source, None, progress).map(|(measurement, _)| measurement)
+    let tip = match source.content() {
+        Content::File(_) => None,
+        Content::Session(session) => session.tip(),
+    };
+    timed(part, (along, tip), source, None, progress).map(|(measurement, _)| measurement)
 }
 
 /// Measures the points of a source, in an order drawn from `seed` if there is one, and tells how long it took.
 pub(super) fn timed(
     part: Part,
-    along: Along,
+    (along, tip): (Along, Option<Tip>),
     source: &Source,
     seed: Option<u64>,
     progress: &Progress,
@@ -120,9 +128,9 @@ pub(super) fn timed(
         Content::File(_) => Weighing::new(&part, None),
         Content::Session(session) => session.weighing(&part),
     };
-    let mut pipeline = pipeline(part, along, source)?;
+    let mut pipeline = pipeline(part, (along, tip), source)?;
     let clock = Clock::start();
-    let fed = feed(&mut pipeline, source, &weighing, seed, progress);
+    let fed = feed(&mut pipeline, (source, tip), &weighing, seed, progress);
     let landed = clock.now();
     let mut measurement = pipeline.finish_by_steps(&mut |step| progress.step(step));
     let done = clock.now();
@@ -147,7 +155,7 @@ pub(super) fn timed(
 /// Hands all points of a source to a pipeline, piece by piece, and gives how many there were.
 fn feed(
     pipeline: &mut Pipeline,
-    source: &Source,
+    (source, tip): (&Source, Option<Tip>),
     weighing: &Weighing,
     seed: Option<u64>,
     progress: &Progress,
@@ -155,6 +163,11 @@ fn feed(
     match source.content() {
         Content::File(topography) => {
             let mut points = points_of(topography);
+            if let Some(tip) = tip {
+                points.iter_mut().for_each(|point| {
+                    point.at_mm = tip.centre_mm(point.at_mm, [0.0, 0.0, 1.0]);
+                });
+            }
             shuffle(&mut points, seed);
             progress.count("meshing", Some(points.len() as u64));
             for piece in points.chunks(PIECE) {

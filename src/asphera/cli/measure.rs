@@ -14,6 +14,7 @@ use super::progress::Progress;
 use super::serve::{check_free, show};
 use super::source::{Source, source_or_volume_help};
 use super::text::TextArgs;
+use super::tip::TipArgs;
 use crate::results;
 use crate::shown::ShownMeasurement;
 use asphera_measure::{Along, Part};
@@ -32,6 +33,8 @@ pub(super) struct MeasureArgs {
     /// Without it that of the session, or z.
     #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
     along: Option<Along>,
+    #[command(flatten)]
+    tip: TipArgs,
     #[command(flatten)]
     face: FaceArgs,
     #[command(flatten)]
@@ -57,13 +60,15 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
     let given = args.nominal.as_deref().map(part).transpose()?;
     let progress = Progress::start("measure");
     if face::is_volume(&args.source)? {
+        args.tip.refuse("a volume holds values of cells")?;
         return of_volume(args, given, progress);
     }
     args.face.refuse(&args.source)?;
     let source = Source::open(&args.source, &args.text, &progress)?;
     let part = source.needed_part(given)?;
     let along = source.along(args.along);
-    let (mut measurement, timing) = timed(part, along, &source, args.shuffle, &progress)?;
+    let tip = args.tip.tip(&source, along)?;
+    let (mut measurement, timing) = timed(part, (along, tip), &source, args.shuffle, &progress)?;
     measurement.report.timing = timing;
     deliver(&measurement, &args.output, Some(progress))?;
     let exit = Exit::of(&measurement.report);

@@ -45,7 +45,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<Exit, Failure> {
     let part = given.unwrap_or_else(|| playback.part().clone());
     let weighing = Weighing::new(&part, playback.noise_mm());
     refuse_weights(&part, &weighing, &session)?;
-    let mut pipeline = Pipeline::along(part, playback.along());
+    let mut pipeline = Pipeline::along(part, playback.along()).with_tip(playback.tip());
     progress.count("replaying", None);
     let played = playback.play(&mut pace, |point| {
         pipeline.take(weighing.weighed(point), point.reasons());

@@ -127,7 +127,7 @@ impl Source {
     pub(super) fn points(&self) -> Box<dyn Iterator<Item = PointMm> + '_> {
         match &self.content {
             Content::File(topography) => Box::new(topography.points()),
-            Content::Session(session) => Box::new(session.good_points()),
+            Content::Session(session) => session.good_points(),
         }
     }
 

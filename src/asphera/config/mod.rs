@@ -16,6 +16,7 @@ mod projection;
 mod scan;
 mod thermal;
 mod time;
+mod tip;
 
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
@@ -24,7 +25,7 @@ use std::str::FromStr as _;
 use std::time::Duration;
 
 use asphera_link::{BusNumber, Carries};
-use asphera_measure::{Along, Part, Weights};
+use asphera_measure::{Along, Part, Tip, Weights};
 use asphera_settings::Section;
 use asphera_transport::Endpoint;
 use thiserror::Error;
@@ -65,6 +66,8 @@ pub struct Config {
     pub calibration: Option<CalibrationFile>,
     /// Thermal expansion of the part and of the scales, which is taken out after that.
     pub thermal: Option<ThermalSettings>,
+    /// The ball at the end of its stylus, whose contacts are measured; `None` for another probe.
+    pub tip: Option<Tip>,
     /// Along which direction the points are projected for their mesh.
     pub along: Along,
     /// Design of the part.
@@ -302,6 +305,8 @@ fn read_root(
     let thermal = thermal::read(&root.section("thermal"), usable.then_some(&devices));
 
     let along = projection::read(&root.section("projection"));
+    let others = [&root.section("contour"), &root.section("parts")];
+    let tip = tip::read(&root.section("tip"), kinematics.as_ref(), along, others);
 
     let time = sync.as_ref().and_then(|sync| sync.time.as_ref());
     let noise_mm = time.and_then(|time| time.noise_mm);
@@ -335,6 +340,7 @@ fn read_root(
         kinematics: kinematics?,
         calibration,
         thermal,
+        tip,
         along: along?,
         part: part?,
         end,

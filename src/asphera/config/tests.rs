@@ -10,6 +10,7 @@ mod file_links;
 mod line_scanners;
 mod scan;
 mod tilting_probes;
+mod tip;
 mod tls_links;
 
 fn project(path: &str) -> PathBuf {
@@ -92,6 +93,9 @@ fn commented_limits_and_uncertainties_of_the_reference_are_known() {
 
 /// Settings shown as alternatives to others, or as examples that are not defaults.
 const ALTERNATIVES: &[&str] = &[
+    "radius_mm = 0.5",
+    "u_radius_mm = 0",
+    "reads = \"lowest\"",
     "kind = \"udp\"",
     "path = \"raster\"",
     "spacing_mm = 0.5",

@@ -497,11 +497,11 @@ impl Core {
             .append(&start)
             .map_err(|source| StationError::Record { folder: dir.display().to_string(), source })?;
         let recording = Recording::start(recorder, clock.clone()).map_err(folder)?;
-        let Config { part, along, contour, parts, .. } = &self.config;
+        let Config { part, along, tip, contour, parts, .. } = &self.config;
         let (part, plans) = (part.clone(), (contour.clone(), parts.clone()));
         let expected = self.config.expected_points();
         let weighing = Weighing::new(&part, self.config.noise_mm());
-        let worker = Worker::start(part, *along, expected, plans, weighing, clock.clone());
+        let worker = Worker::start(part, (*along, *tip), expected, plans, weighing, clock.clone());
         let worker = worker.map_err(folder)?;
         self.clock = clock;
         self.bench = bench;

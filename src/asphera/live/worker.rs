@@ -23,7 +23,7 @@ use crate::results;
 use crate::station::Point;
 use crate::weighing::Weighing;
 use asphera_measure::Part;
-use asphera_measure::{Along, Measurement, Next, Pipeline, RunningFigures};
+use asphera_measure::{Along, Measurement, Next, Pipeline, RunningFigures, Tip};
 
 /// Newest running figures, if there are any.
 pub(super) type FiguresWatch = watch::Receiver<Option<Arc<RunningFigures>>>;
@@ -58,7 +58,7 @@ impl Worker {
     /// Starts the thread for one part, of which no more than so many points will come. It ends when it has finished, or the worker is dropped.
     pub(super) fn start(
         part: Part,
-        along: Along,
+        (along, tip): (Along, Option<Tip>),
         expected_points: Option<u64>,
         (contour, parts): (Option<ContourPlan>, Option<PartsPlan>),
         weighing: Weighing,
@@ -67,7 +67,7 @@ impl Worker {
         let (work, receiver) = mpsc::channel(QUEUE);
         let (sender, figures) = watch::channel(None);
         let runtime = Handle::current();
-        let pipeline = Pipeline::along(part, along).expecting(expected_points);
+        let pipeline = Pipeline::along(part, along).with_tip(tip).expecting(expected_points);
         let turns = Arc::new(AtomicU64::new(0));
         let waiting = Waiting::new();
         let pace = Pace::new(clock, turns.clone(), waiting.clone());

@@ -52,6 +52,7 @@ pub fn assemble(config: &Config) -> Result<Bench, AssembleError> {
         kinematics: config.kinematics.clone(),
         calibration: config.calibration.clone(),
         thermal: config.thermal.clone().map(|settings| Thermal::new(settings, places)),
+        tip: config.tip,
         end: config.end,
         scan: config.scan.clone(),
         program: config.program,

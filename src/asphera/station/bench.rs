@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use asphera_link::{Command, Motion, Nanos};
+use asphera_measure::Tip;
 use asphera_report::{LinkFigures, PlaceFigures, ThermalFigures};
 
 use super::hold_up::Patience;
@@ -33,6 +34,8 @@ pub struct BenchSettings {
     pub calibration: Option<CalibrationFile>,
     /// Thermal expansion, which is taken out after that.
     pub thermal: Option<Thermal>,
+    /// The ball at the end of a stylus; points are its centres then.
+    pub tip: Option<Tip>,
     /// When the scan is over.
     pub end: EndSettings,
     /// Plan by which the station drives the scan; `None`: something else does.
@@ -136,6 +139,7 @@ pub struct Bench {
     kinematics: Kinematics,
     calibration: Option<CalibrationFile>,
     thermal: Option<Thermal>,
+    tip: Option<Tip>,
     end: EndSettings,
     scanner: Option<Box<dyn Scanner>>,
     now: Nanos,
@@ -170,6 +174,7 @@ impl Bench {
             kinematics: settings.kinematics,
             calibration: settings.calibration,
             thermal: settings.thermal,
+            tip: settings.tip,
             end: settings.end,
             now: Nanos::ZERO,
             primary_held: None,
@@ -608,6 +613,12 @@ impl Bench {
             let correction = self.calibration.as_ref().map(CalibrationFile::correction);
             let first = self.points.len();
             self.kinematics.points(&record, correction, &mut self.points);
+            if let Some(tip) = &self.tip {
+                let up = self.kinematics.up(&record);
+                for point in &mut self.points[first..] {
+                    point.position_mm = tip.centre_mm(point.position_mm, up);
+                }
+            }
             if let Some(thermal) = &mut self.thermal {
                 self.points[first..].iter_mut().for_each(|point| thermal.apply(point));
             }

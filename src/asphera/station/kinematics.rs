@@ -202,6 +202,16 @@ impl Kinematics {
         out.push(Point { u_mm, ..Point::corrected(record, axes, correction, flags) });
     }
 
+    /// Unit vector along the probe at a record, away from the part, in the part frame.
+    pub(super) fn up(&self, record: &Record) -> [f64; 3] {
+        match self {
+            Kinematics::Tilting(tilting) => tilting.up(record),
+            Kinematics::Cartesian { .. } | Kinematics::Polar { .. } | Kinematics::Line(_) => {
+                [0.0, 0.0, 1.0]
+            }
+        }
+    }
+
     /// Standard uncertainties along x, y and z of a record that was joined by time. Those of a turn and a radius come of one
     /// error of time, so they add up.
     fn spread_mm(&self, record: &Record, axes: &Axes) -> [f64; 3] {

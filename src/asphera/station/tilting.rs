@@ -73,6 +73,14 @@ impl Tilting {
         (axes, u_mm)
     }
 
+    /// Unit vector along the beam at a record, upwards at β = 0, in the part frame.
+    pub(super) fn up(&self, record: &Record) -> Vector {
+        let value = |axis: &Axis| axis.value(record, &mut Flags::empty());
+        let tilt_rad = value(&self.tilt);
+        let angle_rad = self.rotary.as_ref().map_or(0.0, value);
+        Axes::Turned { angle_rad, place_mm: [tilt_rad.sin(), 0.0, tilt_rad.cos()] }.place_mm()
+    }
+
     /// The place before the turn of the part, mm.
     fn place_mm(&self, stand: Stand) -> Vector {
         let [a, b] = self.pivot_offset_mm;

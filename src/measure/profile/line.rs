@@ -50,6 +50,11 @@ impl Line {
         }
     }
 
+    /// Unit vector across it in the plane of projection.
+    pub(crate) fn across(&self) -> [f64; 3] {
+        [-self.direction[1], self.direction[0], 0.0]
+    }
+
     /// How far along the line a place lies, mm.
     pub(super) fn along_mm(&self, place: [f64; 2]) -> f64 {
         self.direction[0] * place[0] + self.direction[1] * place[1]

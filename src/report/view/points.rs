@@ -3,7 +3,7 @@
 use super::reconstruction;
 use super::{Block, Chapter, ChapterId, Fact};
 use crate::words::{count, counted, quantity, short};
-use crate::{MeshFigures, Points, ProjectionFigures, ReadingFigures, RepeatFigures};
+use crate::{MeshFigures, Points, ProjectionFigures, ReadingFigures, RepeatFigures, TipFigures};
 
 /// Points: how many came, and what became of them; how the columns of their file were read.
 pub(super) fn chapter(points: &Points, reading: Option<&ReadingFigures>) -> Chapter {
@@ -34,7 +34,12 @@ pub(super) fn chapter(points: &Points, reading: Option<&ReadingFigures>) -> Chap
     if points.missing > 0 {
         facts.push(Fact::new("Triggers that never came", count(points.missing)).bad_if(true));
     }
+    facts.extend(points.tip.as_deref().map(|tip| Fact::new("Ball tip", ball_tip(tip))));
     chapter.facts(facts);
+    if let Some(tip) = &points.tip {
+        chapter.brief.push(format!("ball tip: {}", ball_tip(tip)));
+        chapter.note(NOT_CORRECTED);
+    }
     if let Some(reading) = reading {
         let line = columns(reading);
         chapter.brief.push(format!("read as {line}"));
@@ -46,6 +51,31 @@ pub(super) fn chapter(points: &Points, reading: Option<&ReadingFigures>) -> Chap
     }
     chapter
 }
+
+/// Radius of a ball tip, its largest correction, and its u.
+fn ball_tip(tip: &TipFigures) -> String {
+    let radius = format!("radius {} mm", short(tip.radius_mm));
+    if let Some(why) = &tip.uncompensated {
+        return format!("{radius}, not compensated: {why}");
+    }
+    let mut text = format!(
+        "{radius} compensated, up to {} nm in height at {}°",
+        short(tip.largest_height_nm),
+        short(tip.steepest_deg)
+    );
+    if let (Some(pv_nm), Some(rms_nm)) = (tip.u_pv_nm, tip.u_rms_nm) {
+        text.push_str(&format!(
+            "; u of the radius {} nm changes PV by {} nm and RMS by {} nm, which figures do not count",
+            short(tip.u_radius_mm * 1e6),
+            short(pv_nm),
+            short(rms_nm)
+        ));
+    }
+    text
+}
+
+/// Errors of a ball tip that its compensation leaves.
+const NOT_CORRECTED: &str = "Not corrected of the ball tip: its form, contacts on edges, and valleys narrower than the ball.";
 
 /// How columns and units of a file were read.
 pub fn columns(reading: &ReadingFigures) -> String {

@@ -1,5 +1,6 @@
 //! A recorded session as a source of points.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -13,12 +14,15 @@ use crate::replay::{Playback, Played};
 use crate::station::Point;
 use crate::weighing::Weighing;
 use asphera_measure::Part;
-use asphera_measure::{Along, Measurement};
+use asphera_measure::{Along, Measurement, Tip, contacts};
 
 /// The points of a session as its station took them, good and flagged ones, in order.
 pub(in crate::cli) struct Recorded {
     part: Part,
     along: Along,
+    tip: Option<Tip>,
+    /// Contacts of its ball tip, once they are asked for, mm.
+    contacts_mm: OnceCell<Vec<PointMm>>,
     points: Vec<Point>,
     /// Noise of their heights, mm, where they were joined by time and it is stated.
     noise_mm: Option<f64>,
@@ -30,7 +34,7 @@ impl Recorded {
     pub(super) fn play(path: &Path, progress: &Progress) -> Result<Recorded, Failure> {
         let playback = Playback::open(path)?;
         let (part, along) = (playback.part().clone(), playback.along());
-        let noise_mm = playback.noise_mm();
+        let (noise_mm, tip) = (playback.noise_mm(), playback.tip());
         progress.count("replaying", None);
         let mut points = Vec::new();
         let played = playback.play(
@@ -40,7 +44,8 @@ impl Recorded {
                 progress.add(1);
             },
         );
-        Ok(Recorded { part, along, points, noise_mm, played })
+        let contacts_mm = OnceCell::new();
+        Ok(Recorded { part, along, tip, contacts_mm, points, noise_mm, played })
     }
 
     /// The part as the recording names it.
@@ -51,6 +56,11 @@ impl Recorded {
     /// The direction of projection as the recording names it.
     pub(super) fn along(&self) -> Along {
         self.along
+    }
+
+    /// The ball tip that measured it; its points are centres of the ball then.
+    pub(in crate::cli) fn tip(&self) -> Option<Tip> {
+        self.tip
     }
 
     /// The contour that the recording asks for.
@@ -73,9 +83,13 @@ impl Recorded {
         self.played.session()
     }
 
-    /// The points that may be used, mm.
-    pub(super) fn good_points(&self) -> impl Iterator<Item = PointMm> + '_ {
-        self.points.iter().filter(|point| point.is_good()).map(|point| point.position_mm)
+    /// The points of the surface that may be used, mm: of a ball tip its contacts with the part of the recording.
+    pub(super) fn good_points(&self) -> Box<dyn Iterator<Item = PointMm> + '_> {
+        let good = self.points.iter().filter(|point| point.is_good());
+        let good = good.map(|point| point.position_mm);
+        let Some(tip) = self.tip else { return Box::new(good) };
+        let found = || contacts(good, &self.part, self.along, tip);
+        Box::new(self.contacts_mm.get_or_init(found).iter().copied())
     }
 
     /// How many points may not be used.

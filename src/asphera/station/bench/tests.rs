@@ -117,6 +117,7 @@ fn bench_of(end: EndSettings, program: Option<usize>) -> Bench {
         kinematics: Kinematics::Cartesian { x: axis.clone(), y: axis.clone(), z: axis },
         calibration: None,
         thermal: None,
+        tip: None,
         end,
         scan: None,
         program,

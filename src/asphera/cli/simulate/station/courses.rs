@@ -1,5 +1,6 @@
 //! What each channel shows while a part is scanned.
 
+mod ball;
 mod lines;
 
 use std::net::SocketAddr;
@@ -125,11 +126,16 @@ impl Simulated {
     }
 
     /// Measured height at a place, mm; `None` where the nominal has none.
-    fn height_mm(&self, index: usize, [x_mm, y_mm]: PlaceMm) -> Option<f64> {
+    fn height_mm(&self, index: usize, place: PlaceMm) -> Option<f64> {
+        let noise_nm = self.noise_nm * self.noise.normal(index);
+        Some(self.smooth_mm(place)? + MM_PER_NM * noise_nm)
+    }
+
+    /// Height at a place without noise, mm.
+    fn smooth_mm(&self, [x_mm, y_mm]: PlaceMm) -> Option<f64> {
         let [x0_mm, y0_mm] = self.part.centre_mm;
         let error_nm = self.share * self.form.height_nm(x_mm - x0_mm, y_mm - y0_mm);
-        let noise_nm = self.noise_nm * self.noise.normal(index);
-        Some(self.part.nominal.height_mm(x_mm, y_mm)? + MM_PER_NM * (error_nm + noise_nm))
+        Some(self.part.nominal.height_mm(x_mm, y_mm)? + MM_PER_NM * error_nm)
     }
 }
 
@@ -137,7 +143,11 @@ impl Simulated {
 fn heights_mm(config: &Config, args: &PartArgs, places: &[PlaceMm]) -> Result<Vec<f64>, Failure> {
     let simulated = Simulated::new(config, args, places);
     let height = |(index, &[x_mm, y_mm]): (usize, &PlaceMm)| {
-        simulated.height_mm(index, [x_mm, y_mm]).ok_or_else(|| {
+        let read = match &config.tip {
+            Some(tip) => simulated.touched_mm(tip, index, [x_mm, y_mm]),
+            None => simulated.height_mm(index, [x_mm, y_mm]),
+        };
+        read.ok_or_else(|| {
             format!("the nominal has no height at ({x_mm:.3}, {y_mm:.3}) mm: narrow its aperture")
                 .into()
         })

@@ -1,0 +1,115 @@
+//! The compensation in a report: its figures, and the cautions of the verdict.
+
+use asphera_report::{TipFigures, Verdict};
+
+use super::solve::{Found, Solved, TOO_HOLLOW};
+use crate::judgement::{doubt, undecide};
+use crate::measurement::Measurement;
+
+/// Adds to the figures of the contacts what is known of their compensation.
+pub(crate) fn conclude(solved: &Solved, measurement: &mut Measurement) {
+    let mut figures = figures(solved);
+    if solved.found.is_ok() {
+        let profile = measurement.report.profile.as_ref();
+        let slope = profile.and_then(|profile| profile.slope_rms_urad).map(|urad| urad * 1e-6);
+        let slope = slope.or_else(|| slope_rms(measurement));
+        figures.neglected_nm =
+            slope.map(|slope| 0.5 * figures.radius_mm * slope * slope * NM_PER_MM);
+    }
+    judge(solved, &figures, &mut measurement.report.verdict);
+    measurement.report.points.tip = Some(Box::new(figures));
+}
+
+fn figures(solved: &Solved) -> TipFigures {
+    let tip = &solved.tip;
+    let of_settings = TipFigures {
+        radius_mm: tip.radius_mm,
+        u_radius_mm: tip.u_radius_mm,
+        reads: tip.reads.word().to_owned(),
+        ..TipFigures::default()
+    };
+    let Found { steepest, most_hollow, u_nm } = match &solved.found {
+        Ok(found) => *found,
+        Err(why) => return TipFigures { uncompensated: Some(why.to_string()), ..of_settings },
+    };
+    let (cosine, steepest_at_mm) = steepest;
+    let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+    let radius_nm = tip.radius_mm * NM_PER_MM;
+    let (hollow_per_mm, hollow_at_mm) = most_hollow;
+    let is_hollow = hollow_per_mm > 0.0;
+    let share = tip.radius_mm * hollow_per_mm;
+    TipFigures {
+        passes: solved.passes,
+        last_move_nm: solved.last_move_mm * NM_PER_MM,
+        steepest_deg: sine.atan2(cosine).to_degrees(),
+        // As sin²/(cos·(1 + cos)): near the crest the difference would be rounding.
+        largest_height_nm: radius_nm * sine * sine / (cosine * (1.0 + cosine)),
+        largest_shift_nm: radius_nm * sine,
+        steepest_at_mm,
+        hollow_share: (is_hollow && share.is_finite()).then_some(share),
+        hollow_at_mm: is_hollow.then_some(hollow_at_mm),
+        u_pv_nm: u_nm.map(|[pv_nm, _]| pv_nm),
+        u_rms_nm: u_nm.map(|[_, rms_nm]| rms_nm),
+        ..of_settings
+    }
+}
+
+/// RMS slope of the deviation over the area of the triangles, rad.
+fn slope_rms(measurement: &Measurement) -> Option<f64> {
+    let Measurement { points_mm, triangles, deviations_nm, .. } = measurement;
+    let (mut area, mut sum) = (0.0, 0.0);
+    for corners in triangles {
+        let [a, b, c] = corners.map(|corner| points_mm[corner as usize]);
+        let [d, e, f] = corners.map(|corner| deviations_nm[corner as usize] / NM_PER_MM);
+        let twice = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+        let along_x = ((e - d) * (c[1] - a[1]) - (f - d) * (b[1] - a[1])) / twice;
+        let along_y = ((f - d) * (b[0] - a[0]) - (e - d) * (c[0] - a[0])) / twice;
+        let square = along_x * along_x + along_y * along_y;
+        if square.is_finite() {
+            area += twice.abs();
+            sum += twice.abs() * square;
+        }
+    }
+    (area > 0.0).then(|| (sum / area).sqrt())
+}
+
+/// Says what the compensation leaves open.
+fn judge(solved: &Solved, figures: &TipFigures, verdict: &mut Verdict) {
+    if let Some(why) = &figures.uncompensated {
+        let why = format!("points are the lowest points of the ball tip, not its contacts: {why}");
+        return doubt(verdict, why);
+    }
+    if let (Some(count), Some([x, y, z])) = (solved.untouched.get(TOO_HOLLOW), figures.hollow_at_mm)
+    {
+        let why = format!(
+            "the ball tip of {} mm does not fit at {count} points, first with its centre at x {x:.3}, y {y:.3}, z {z:.3} mm: \
+             measure there with a smaller ball",
+            figures.radius_mm
+        );
+        undecide(verdict, why);
+    }
+    if figures.last_move_nm > SETTLED_NM {
+        let why = format!(
+            "contacts of the ball tip still moved by {:.3} nm after {} fits",
+            figures.last_move_nm, figures.passes
+        );
+        undecide(verdict, why);
+    }
+    if let (Some(pv_nm), Some(rms_nm)) = (figures.u_pv_nm, figures.u_rms_nm) {
+        verdict.reasons.push(format!(
+            "the standard uncertainty of the tip's radius changes PV by {pv_nm:.3} nm and RMS by {rms_nm:.3} nm, which the u of figures \
+             does not count"
+        ));
+    }
+    if let Some(nm) = figures.neglected_nm.filter(|nm| *nm > NEGLIGIBLE_NM) {
+        verdict.reasons.push(format!(
+            "contacts of the ball tip take the normals of the nominal, which leaves an error of about {nm:.3} nm: use a smaller ball"
+        ));
+    }
+}
+
+const NM_PER_MM: f64 = 1e6;
+/// Moves of contacts beyond this are worth a word.
+const SETTLED_NM: f64 = 1.0;
+/// Errors beyond this are worth a word.
+const NEGLIGIBLE_NM: f64 = 1.0;

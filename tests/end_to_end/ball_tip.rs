@@ -1,0 +1,69 @@
+//! A stylus with a ball tip, from its simulated devices to the report.
+
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use asphera_tests::{Running, asphera, json_file, recording, root};
+use serde_json::Value;
+
+/// Simulates the stylus with one tip, and measures with another. The report and its session's replay, without timing.
+fn measured(simulated_mm: f64, stated_mm: f64) -> [Value; 2] {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(root().join("config/examples/stylus.toml")).unwrap();
+    let mut document: toml_edit::DocumentMut = text.parse().unwrap();
+    let recordings = folder.path().join("recordings");
+    document["session"]["dir"] = toml_edit::value(recordings.display().to_string());
+    document["publish"]["listen"] = toml_edit::value("127.0.0.1:0");
+    document["station"]["autostart"] = toml_edit::value(true);
+    let files: toml_edit::Array = ["report.json"].into_iter().collect();
+    document["output"]["files"] = toml_edit::value(files);
+    document["tip"]["radius_mm"] = toml_edit::value(simulated_mm);
+    let [mine, there] = ["mine.toml", "there.toml"].map(|name| folder.path().join(name));
+    std::fs::write(&mine, document.to_string()).unwrap();
+    let mut simulate = Command::new(asphera());
+    simulate.arg("simulate").arg(&mine).arg("--station").arg(&there);
+    simulate.args(["--form-nm", "100", "--noise-nm", "0", "--points", "3000", "--rate", "3000"]);
+    let mut simulating = Running::start(&mut simulate);
+    simulating.line("simulating", Duration::from_secs(60));
+    let mut station: toml_edit::DocumentMut =
+        std::fs::read_to_string(&there).unwrap().parse().unwrap();
+    station["tip"]["radius_mm"] = toml_edit::value(stated_mm);
+    std::fs::write(&there, station.to_string()).unwrap();
+    let running =
+        Running::start(Command::new(asphera()).args(["run", "--once", "--config"]).arg(&there));
+    let output = running.wait(Duration::from_secs(240));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!([0, 10, 11].contains(&output.status.code().unwrap()), "{said}");
+    let session = recording(&recordings);
+    let live = json_file(&session.join("report.json"));
+    [live, replayed(&session)].map(|mut report| {
+        report["timing"] = Value::Null;
+        report
+    })
+}
+
+fn replayed(session: &Path) -> Value {
+    let output = Command::new(asphera()).arg("replay").arg(session).arg("--json").output().unwrap();
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn pv_nm(report: &Value) -> f64 {
+    report["form"]["deviation"]["pv_nm"].as_f64().unwrap()
+}
+
+/// The form error is that of a point tip to a nanometre, micrometres without compensation, and the same in a replay.
+#[test]
+fn the_form_error_comes_back_from_under_the_ball() {
+    let [point, _] = measured(0.0, 0.0);
+    let [ball, replay] = measured(0.5, 0.5);
+    let [without, _] = measured(0.5, 0.0);
+    let (truth, found, without) = (pv_nm(&point), pv_nm(&ball), pv_nm(&without));
+    assert!((found - truth).abs() < 1.0, "{found} for {truth} nm");
+    assert!(without > truth + 1000.0, "{without} for {truth} nm");
+    assert_eq!(ball, replay);
+    let tip = &ball["points"]["tip"];
+    assert_eq!(tip["radius_mm"], 0.5);
+    assert!(tip["largest_height_nm"].as_f64().unwrap() > 20_000.0, "{tip}");
+    assert!(point["points"].get("tip").is_none());
+}
