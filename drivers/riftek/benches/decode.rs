@@ -56,7 +56,8 @@ fn readings(bencher: Bencher<'_, '_>) {
                     readings += u32::from(matches!(event, Event::Reading(_)));
                 }
             }
-            assert_eq!(readings, RESULTS);
+            // The newest result is held back until another follows it.
+            assert_eq!(readings, RESULTS - 1);
             readings
         },
     );
