@@ -8,7 +8,7 @@ use super::*;
 use crate::nominal::parse;
 use crate::{Measurement, Pipeline};
 
-const SPHERE: &str = "[surface]\nkind = \"sphere\"\nradius_mm = -20\n[aperture]\nradius_mm = 8\n";
+const SPHERE: &str = "[surface]\nkind = \"sphere\"\nradius_mm = -20\n[aperture]\nshape = \"circle\"\nradius_mm = 8\n";
 const BALL_MM: f64 = 0.5;
 
 fn tip(radius_mm: f64) -> Tip {
@@ -115,7 +115,7 @@ fn profiles_stay_on_their_line() {
 /// The surface of unknown design is that of the contacts: a bowl seen by a ball is not a narrower bowl.
 #[test]
 fn an_unknown_surface_is_compensated_by_its_own_normals() {
-    let unknown = "[surface]\nkind = \"unknown\"\nbase = \"sphere\"\n[defects]\nsearch = false\n";
+    let unknown = "[surface]\nkind = \"unknown\"\nbase = \"sphere\"\n";
     let bowl = |x: f64, y: f64| 30.0 - (900.0 - x * x - y * y).sqrt();
     let balls = centres(raster(16), &Pose::default(), BALL_MM, bowl);
     let found = measured(unknown, Some(tip(BALL_MM)), &balls);
@@ -130,7 +130,7 @@ fn an_unknown_surface_is_compensated_by_its_own_normals() {
 /// The ball does not fit into the middle of a bowl: such points are left out, counted and named.
 #[test]
 fn a_ball_that_does_not_fit_is_no_pass() {
-    let nominal = "[surface]\nkind = \"sphere\"\nradius_mm = 2\n[aperture]\nradius_mm = 1\n[fit]\nfree = [\"tz\"]\n\
+    let nominal = "[surface]\nkind = \"sphere\"\nradius_mm = 2\n[aperture]\nshape = \"circle\"\nradius_mm = 1\n[fit]\nfree = [\"tz\"]\n\
                    [tolerance]\npv_nm = 1e9\n";
     let points: Vec<PointMm> = raster(2).map(|[x, y]| [x, y, 2.5]).collect();
     let report = measured(nominal, Some(tip(2.5)), &points).report;
