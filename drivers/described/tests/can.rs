@@ -49,8 +49,11 @@ fn events(driver: &mut dyn Driver) -> Vec<Event> {
 }
 
 fn readings(events: &[Event]) -> Vec<&Reading> {
-    let reading = |event| if let Event::Reading(reading) = event { Some(reading) } else { None };
-    events.iter().filter_map(reading).collect()
+    let readings = events.iter().filter_map(|event| match event {
+        Event::Reading(reading) => Some(reading),
+        _ => None,
+    });
+    readings.collect()
 }
 
 fn values(events: &[Event]) -> Vec<Vec<Option<f64>>> {
