@@ -35,7 +35,7 @@ fn log() -> String {
         let _ = writeln!(text, "{} can1 185#{} R", at(160), hex(-x));
         let _ = writeln!(text, "{} can0 186#{}", at(300), hex(z));
         if cycle == 100 {
-            let _ = writeln!(text, "{} can0 123##1112233445566778899", at(400));
+            let _ = writeln!(text, "{} can0 123##11122334455667788", at(400));
             let _ = writeln!(text, "{} can0 20000040#0000000000000000", at(410));
         }
     }
