@@ -135,7 +135,7 @@ fn settled(process: u32) -> Held {
 /// 1,000 sessions in full length: as many as ten hours of a line that measures a part every 36 s.
 #[tokio::test(flavor = "multi_thread")]
 async fn sessions_in_a_row_leave_nothing_behind() {
-    let sessions = repetitions(15, 1000);
+    let sessions = repetitions(30, 1000);
     let folder = tempfile::tempdir().unwrap();
     let (rig, daemon, address, token) = station(folder.path(), 2000).await;
     tokio::task::spawn_blocking(move || {

@@ -16,7 +16,6 @@ pub(super) const CHECK: &str = "Example:
 pub(super) const MEASURE: &str = "Examples:
   asphera measure session-20261121T004006Z-0badcafe --out results
   asphera measure part.csv --columns 2,3,4 --unit um --nominal sphere.toml --json
-  asphera measure stylus.xyz --nominal sphere.toml --tip-radius 0.5 --tip-u-radius 0.0001
   asphera measure lens.nrrd --nominal front.toml --second back.toml --listen 127.0.0.1:7717";
 
 pub(super) const REDUCE: &str = "Examples:

@@ -562,6 +562,8 @@ impl Core {
     /// The final figures are there, or the pipeline died.
     async fn conclude(&mut self, measurement: Option<Measurement>) {
         let Some(session) = self.session.take() else { return };
+        // The last of them are no longer shown, and need no memory.
+        self.figures = None;
         let Some(ending) = session.ending else { return };
         let Some(mut measurement) = measurement else {
             error!("the pipeline ended without figures");
@@ -650,7 +652,7 @@ async fn newer_figures(figures: &mut Option<FiguresWatch>) {
         None => false,
     };
     if !is_newer {
-        std::future::pending().await
+        std::future::pending::<()>().await;
     }
 }
 

@@ -15,7 +15,7 @@ use asphera_sim_rf627::{Departure, Optics, Part, Scan, Scanner};
 
 /// Kind of the line sensor.
 #[derive(Clone, Copy, Debug)]
-pub enum Device {
+pub(crate) enum Device {
     /// RIFTEK RF627: datagrams of 640 points.
     Rf627,
     /// Keyence LJ-X8000: profiles of 800 points over TCP.
@@ -26,7 +26,7 @@ pub enum Device {
 
 impl Device {
     /// The device that a command line names.
-    pub fn named(name: &str) -> Option<Device> {
+    pub(crate) fn named(name: &str) -> Option<Device> {
         Some(match name {
             "rf627" => Device::Rf627,
             "keyence" => Device::Keyence,
@@ -38,19 +38,19 @@ impl Device {
 
 /// Profiles that are sent.
 #[derive(Clone, Debug)]
-pub struct Load {
+pub(crate) struct Load {
     device: Device,
     /// Points of a profile.
-    pub points: usize,
+    pub(crate) points: usize,
     /// Number of profiles.
-    pub profiles: u32,
+    pub(crate) profiles: u32,
     /// Profiles a second.
     rate_hz: f64,
 }
 
 impl Load {
     /// So many points a second from a device, for so long.
-    pub fn new(device: Device, points_per_s: f64, seconds: f64) -> Load {
+    pub(crate) fn new(device: Device, points_per_s: f64, seconds: f64) -> Load {
         let points = match device {
             Device::Rf627 => 640,
             Device::Keyence => 800,
@@ -71,7 +71,7 @@ impl Load {
 }
 
 /// A device that waits for its host.
-pub enum Sender {
+pub(crate) enum Sender {
     /// Datagrams, and where they go.
     Datagrams(Load, Vec<Departure>, UdpSocket),
     /// Ports of commands and profiles.
@@ -81,7 +81,7 @@ pub enum Sender {
 }
 
 /// A device and the configuration of its station, which records into `folder`.
-pub fn start(load: &Load, folder: &Path) -> (Sender, String) {
+pub(crate) fn start(load: &Load, folder: &Path) -> (Sender, String) {
     let bind = || TcpListener::bind("127.0.0.1:0").expect("a port");
     let port = |listener: &TcpListener| listener.local_addr().expect("an address").port();
     let load = load.clone();
@@ -165,7 +165,7 @@ fn text(
 
 impl Sender {
     /// Sends all profiles on time from when the host is ready; gives the times at which they went.
-    pub fn send(self, clock: Clock) -> JoinHandle<Vec<Nanos>> {
+    pub(crate) fn send(self, clock: Clock) -> JoinHandle<Vec<Nanos>> {
         std::thread::spawn(move || match self {
             Sender::Datagrams(load, departures, socket) => {
                 // The port is open some ms after the session began.

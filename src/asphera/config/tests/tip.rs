@@ -21,7 +21,10 @@ fn mistakes_of_a_ball_tip_are_named() {
     let text = example();
     let radius = "radius_mm = 0.5\n";
     for (found, expected) in [
-        (text.replace(radius, "radius_mm = nan\n"), "0 to 50 mm"),
+        (
+            text.replace(radius, "radius_mm = nan\n"),
+            "tip.radius_mm: expected a finite number, found NaN",
+        ),
         (text.replace(radius, "radius_mm = -0.5\n"), "0 to 50 mm"),
         (text.replace("u_radius_mm = 0.0001", "u_radius_mm = -1"), "u_radius_mm"),
         (text.replace("[tip]\n", "[tip]\nreads = \"top\"\n"), "lowest"),
