@@ -102,6 +102,11 @@ impl Along {
         }
     }
 
+    /// Whether contacts of a ball tip can be found: with a plane in any case, seen from above as the probe comes.
+    pub fn suits_tip(&self) -> bool {
+        self.has_plane() && self.normal().is_none_or(|normal| normal[2] > 0.0)
+    }
+
     /// Whether the points are projected onto a plane in any case, and never meshed in space.
     pub fn has_plane(&self) -> bool {
         self.in_space().is_none()

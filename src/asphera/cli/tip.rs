@@ -39,7 +39,7 @@ impl TipArgs {
         };
         let path = source.path().display();
         let Some(radius_mm) = self.tip_radius else {
-            if session_tip.is_some() && !along.has_plane() {
+            if session_tip.is_some() && !along.suits_tip() {
                 return Err(refused_along(&format!("the table [tip] of {path}")));
             }
             return Ok(session_tip);
@@ -61,7 +61,7 @@ impl TipArgs {
                 )
                 .into())
             }
-            Content::File(_) if !along.has_plane() => Err(refused_along("--tip-radius")),
+            Content::File(_) if !along.suits_tip() => Err(refused_along("--tip-radius")),
             Content::File(_) => Ok(Some(tip)),
         }
     }
@@ -79,7 +79,8 @@ impl TipArgs {
 
 fn refused_along(what: &str) -> Failure {
     format!(
-        "{what}: expected --along z, fitted or nx,ny,nz, for contacts of a ball need a plane; found points that are meshed in space"
+        "{what}: expected --along z, fitted or nx,ny,nz with nz above 0, for contacts of a ball need a plane seen from above; found \
+         points that are meshed in space, or a plane seen from below"
     )
     .into()
 }

@@ -30,9 +30,13 @@ pub(super) fn read(
         let expected = "no such table, or a kind of [kinematics] that has one probe: a line scanner has no ball tip";
         table.problem("radius_mm", expected, "kind = \"line\"");
     }
-    if along.is_some_and(|along| !along.has_plane()) {
-        let expected = "along = \"z\", \"fitted\" or three numbers in [projection]: contacts of a ball need a plane";
-        table.problem("radius_mm", expected, "points that are meshed in space");
+    if along.is_some_and(|along| !along.suits_tip()) {
+        let expected = "along = \"z\", \"fitted\" or three numbers, the third above 0, in [projection]: contacts of a ball need a plane seen from above";
+        table.problem(
+            "radius_mm",
+            expected,
+            "points that are meshed in space, or a plane seen from below",
+        );
     }
     for (other, name) in others.into_iter().zip(["contour", "parts"]) {
         if other.is_present() {

@@ -29,6 +29,7 @@ fn mistakes_of_a_ball_tip_are_named() {
         (text.replace("u_radius_mm = 0.0001", "u_radius_mm = -1"), "u_radius_mm"),
         (text.replace("[tip]\n", "[tip]\nreads = \"top\"\n"), "lowest"),
         (format!("{text}\n[projection]\nalong = \"none\"\n"), "contacts of a ball need a plane"),
+        (format!("{text}\n[projection]\nalong = [0, 0, -1]\n"), "a plane seen from below"),
     ] {
         let said = Config::parse("t.toml", &found).unwrap_err().to_string();
         assert!(said.contains("tip") && said.contains(expected), "{said}");
