@@ -34,13 +34,35 @@ pub struct Model<'a> {
     shape: Option<(&'a dyn Shape, usize)>,
 }
 
+/// How a part lies and turns at one pose.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PartFrame {
+    motion: Motion,
+    turn_axes: [[f64; 3]; 3],
+}
+
+impl PartFrame {
+    pub(crate) fn of(pose: &Pose) -> PartFrame {
+        PartFrame { motion: pose.motion(), turn_axes: pose.turn_axes() }
+    }
+}
+
 impl<'a> Model<'a> {
     /// The rows of a part that lies at `pose`, by the parameters `free`.
     pub fn new(nominal: &'a Nominal, pose: &Pose, free: &'a [Parameter]) -> Model<'a> {
+        Model::in_frame(nominal, PartFrame::of(pose), free)
+    }
+
+    /// The same for a part whose frame is known, which saves five sines and cosines.
+    pub(crate) fn in_frame(
+        nominal: &'a Nominal,
+        PartFrame { motion, turn_axes }: PartFrame,
+        free: &'a [Parameter],
+    ) -> Model<'a> {
         let of_shape = free.iter().any(|parameter| matches!(parameter, Parameter::Shape(_)));
         let shape = nominal.freeform().filter(|_| of_shape);
         let shape = shape.map(|shape| (shape.as_ref(), shape.parameters().len()));
-        Model { nominal, motion: pose.motion(), turn_axes: pose.turn_axes(), free, shape }
+        Model { nominal, motion, turn_axes, free, shape }
     }
 
     /// Columns of a row: one a free parameter, and the distance.

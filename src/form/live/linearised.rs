@@ -5,7 +5,7 @@ mod step;
 
 use rayon::prelude::*;
 
-use crate::fit::model::Model;
+use crate::fit::model::{Model, PartFrame};
 use crate::fit::selection::Membership;
 use crate::fit::slant::Slant;
 use crate::fit::solve::System;
@@ -21,6 +21,8 @@ use crate::{Estimate, Excluded, Fit, Nominal, Parameter, PointMm, Pose, Robust};
 #[derive(Clone, Debug)]
 pub(crate) struct Linearised {
     fit: Fit,
+    /// That of the pose of the fit.
+    frame: PartFrame,
     /// The determinate parameters: those of the columns.
     free: Vec<Parameter>,
     made_at: usize,
@@ -39,11 +41,11 @@ pub(crate) struct Linearised {
     row: Vec<f64>,
 }
 
-/// Where a robust loss lays the surface.
+/// Where the estimate lays the surface.
 pub(crate) struct Place {
     /// The fit of the reference, moved there.
     pub(crate) fit: Fit,
-    /// Pose and shape that find the scale.
+    /// Pose and shape that find the scale of a robust loss.
     pub(crate) first: (Pose, Nominal),
 }
 
@@ -158,6 +160,7 @@ impl Linearised {
             weighted: None,
             slant,
             row: vec![0.0; free.len() + 1],
+            frame: PartFrame::of(&fit.pose),
             fit,
             free,
         }
@@ -170,7 +173,7 @@ impl Linearised {
         if let Some(robust) = &mut self.robust {
             robust.note(u_mm);
         }
-        let model = Model::new(&self.fit.nominal, &self.fit.pose, &self.free);
+        let model = Model::in_frame(&self.fit.nominal, self.frame, &self.free);
         let membership = Membership::of(point, &model, &settings.fit.aperture);
         self.excluded.count(membership);
         if membership != Membership::Used || model.row(point, &mut self.row).is_none() {
@@ -283,6 +286,7 @@ impl Linearised {
     fn emptied(&self, grid: &Grid) -> Linearised {
         Linearised {
             fit: self.fit.clone(),
+            frame: self.frame,
             free: self.free.clone(),
             made_at: self.made_at,
             is_fit: false,
@@ -395,6 +399,24 @@ impl Linearised {
         let (pose, nominal) = self.moved(&found.change)?;
         let fit = Fit { pose, nominal, robust: Some(found.robust), ..self.fit.clone() };
         Some(Place { fit, first: self.moved(&found.first_change)? })
+    }
+
+    /// Where the sums of squares lay the surface now; `None` where that is beyond the reach of linearisation, and where points
+    /// beyond those of the reference may determine more.
+    pub(crate) fn place_by_squares(&self) -> Option<Place> {
+        let Fit { pose, nominal, undetermined, .. } = &self.fit;
+        if !undetermined.iter().all(|undetermined| undetermined.by_shape) {
+            return None;
+        }
+        let alike = self.alike()?;
+        let by_weight = match &self.weighted {
+            Some(weighted) => Some(weighted.problem()?),
+            None => None,
+        };
+        let (change, _) = self.undamped(by_weight.as_ref().unwrap_or(&alike))?;
+        let first = (*pose, nominal.clone());
+        let (pose, nominal) = self.moved(&change)?;
+        Some(Place { fit: Fit { pose, nominal, ..self.fit.clone() }, first })
     }
 
     /// Says that the reference is the fit of the points here.

@@ -3,8 +3,9 @@
 //! Every point is linearised once, at a reference pose and shape: its distance d and its row of the
 //! Jacobian J go into a triangular factor and into one cell of a map. An estimate solves the small linear
 //! problem that is left, so its cost does not depend on the number of points. When the number of points
-//! has doubled, the reference becomes the full fit of all points so far, and all are linearised anew; over
-//! the life of an estimator that is `O(1)` a point.
+//! has doubled, the reference becomes the full fit of all points so far, and all are linearised anew. Of many points
+//! the estimate becomes the reference where the fit of a sample confirms it, and a few are linearised anew with each
+//! point that comes: none of them waits for all others (see `succession.rs`). Over the life of an estimator that is `O(1)` a point.
 //!
 //! What is provisional: a distance changes with the pose by J·δ and by terms of second order, about |δ|²
 //! times the curvature of the surface for shifts and |δ|²·|p| for turns. These terms are smooth over the
@@ -36,6 +37,7 @@ mod middle;
 mod problem;
 mod referring;
 mod reweighing;
+mod succession;
 mod weighted;
 
 pub use accumulator::Accumulator;
@@ -45,6 +47,7 @@ use thiserror::Error;
 use crate::deviation::NM_PER_MM;
 use crate::fit::{Estimate, FitSettings, method};
 use crate::live::linearised::Linearised;
+use crate::live::succession::{CATCHES_UP, Upcoming};
 use crate::{
     Excluded, Figures, FitError, Loss, Nominal, Parameter, PointMm, Pose, Robust, Undetermined,
 };
@@ -248,6 +251,8 @@ pub struct Live {
     next_reference: usize,
     next_fit: usize,
     reference: Option<Linearised>,
+    /// The reference that follows, as far as it is made.
+    upcoming: Option<Box<Upcoming>>,
     failure: Option<FitError>,
 }
 
@@ -265,12 +270,14 @@ impl Live {
             next_reference,
             next_fit: next_reference,
             reference: None,
+            upcoming: None,
             failure: None,
         })
     }
 
     /// Takes a point of the measured frame. `O(p²)` for p free parameters, but `O(n·p²)` whenever the
-    /// number of points n has doubled, with a robust loss whenever it has grown by a quarter: amortised constant.
+    /// number of points n has doubled, with a robust loss whenever it has grown by a quarter: amortised constant. By squares
+    /// it is `O(p²)` for each point beyond the first 131,072, unless the fit of a sample contradicts the estimate.
     ///
     /// After points with uncertainties there is no estimate any more, as there is no fit of such points:
     /// [`Live::failure`] says so.
@@ -278,7 +285,7 @@ impl Live {
         self.take(point, None);
         if !self.uncertainties_mm.is_empty() {
             let (points, found) = (self.points.len(), self.uncertainties_mm.len());
-            self.reference = None;
+            (self.reference, self.upcoming) = (None, None);
             self.failure = Some(FitError::UncertaintyCount { points, found });
         }
     }
@@ -302,9 +309,10 @@ impl Live {
     fn take(&mut self, point: PointMm, u_mm: Option<f64>) {
         self.points.push(point);
         if self.points.len() >= self.next_reference {
-            self.refer_on_the_way();
+            self.refer_on_the_way(self.points.len() - 1);
         } else if let Some(reference) = &mut self.reference {
             reference.add(point, u_mm, &self.settings);
+            self.succeed(CATCHES_UP);
         }
     }
 
@@ -327,12 +335,14 @@ impl Live {
         if lacks(self) && has(&other) || has(self) && lacks(&other) {
             return Err(LiveError::Different { what: "kinds of weights" });
         }
+        let new = self.points.len();
         self.points.extend(&other.points);
         self.uncertainties_mm.extend(&other.uncertainties_mm);
         if self.points.len() >= self.next_reference {
-            self.refer_on_the_way();
+            self.refer_on_the_way(new);
         } else if let Some(reference) = &mut self.reference {
             reference.add_all(&other.points, &other.uncertainties_mm, &self.settings);
+            self.succeed(usize::MAX);
         }
         Ok(())
     }

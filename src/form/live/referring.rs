@@ -1,11 +1,12 @@
 //! When the running estimator makes a new reference, and from what.
 //!
-//! By squares the reference is the full fit whenever the number of points has doubled. A robust fit takes some ninety
-//! passes over the points, so of many points only a sample is fitted then. It tells whether the estimate lies where the
+//! A reference is made whenever the number of points has doubled. By squares it is the full fit, which takes some eight passes over
+//! the points; a robust fit takes some ninety. So of many points only a sample is fitted then. It tells whether the estimate lies where the
 //! fit would lie: of the many solutions of Tukey's loss, of two ways to lay a part, by the same determinate parameters.
 //! If it does, the estimate itself is the new reference, where the points are linearised and their scale found anew:
-//! what is left to the solution is then a small part of a small way. Otherwise all points are fitted. That is done
-//! whenever a quarter of the points is new, because weights change faster than rows do.
+//! what is left to the solution is then a small part of a small way. Otherwise all points are fitted. With a robust loss points
+//! are linearised anew whenever a quarter of them is new, because weights change faster than rows do. By squares that is done
+//! on the way, while further points arrive.
 
 use rayon::prelude::*;
 
@@ -21,14 +22,18 @@ use crate::live::linearised::{Linearised, Place};
 use crate::{FitError, Loss, PointMm};
 
 impl Live {
-    /// Makes a reference that is due.
-    pub(super) fn refer_on_the_way(&mut self) {
+    /// Makes a reference that is due, or begins it. The present one has the points before `new`.
+    pub(super) fn refer_on_the_way(&mut self, new: usize) {
         let rank_tolerance = self.settings.rank_tolerance.max(self.settings.fit.rank_tolerance);
         let settings = FitSettings { rank_tolerance, ..self.settings.fit.clone() };
         let is_due = self.points.len() >= self.next_fit;
-        let estimate = self.reference.as_ref().and_then(Linearised::place);
+        self.upcoming = None;
+        let estimate = self.estimated();
         match estimate {
-            Some(place) if !is_due || self.is_confirmed(&place, &settings) => self.follow(&place),
+            Some(place) if !is_due || self.is_confirmed(&place, &settings) => match settings.loss {
+                Loss::Squares => self.announce(place, new),
+                _ => self.follow(&place),
+            },
             _ => self.refer(&settings),
         }
         if is_due {
@@ -46,9 +51,20 @@ impl Live {
         };
     }
 
+    /// The estimate, where it may become the reference: by squares only of many points that determine all they can.
+    fn estimated(&self) -> Option<Place> {
+        let reference = self.reference.as_ref()?;
+        match self.settings.fit.loss {
+            Loss::Squares if self.points.len() <= AT_ONCE => None,
+            Loss::Squares => reference.place_by_squares(),
+            _ => reference.place(),
+        }
+    }
+
     /// Makes the full fit of all points so far the reference.
     pub(super) fn refer(&mut self, settings: &FitSettings) {
         self.next_fit = (2 * self.points.len()).max(self.next_fit);
+        self.upcoming = None;
         match self.fitted(&self.points, &self.uncertainties_mm, settings) {
             Ok(Fitted { fit, slant, unit_mm }) => {
                 let scale_mm = fit.robust.map(|robust| robust.scale_mm);
@@ -116,9 +132,9 @@ impl Live {
         scale(&distances)
     }
 
-    /// Whether the fit of a sample of the points, or of all if they are few, lies where an estimate lies. Never for squares.
+    /// Whether the fit of a sample of the points lies where an estimate lies. Never if they are few.
     fn is_confirmed(&self, place: &Place, settings: &FitSettings) -> bool {
-        if settings.loss == Loss::Squares || self.points.len() <= SAMPLE {
+        if self.points.len() <= SAMPLE {
             return false;
         }
         let chosen = sample(self.points.len());
@@ -131,7 +147,7 @@ impl Live {
         let parameters = |fit: &Fit| -> Vec<_> {
             fit.estimates.iter().map(|estimate| estimate.parameter).collect()
         };
-        let scale_mm = fit.robust.map_or(0.0, |robust| robust.scale_mm);
+        let scale_mm = fit.robust.map_or(fit.sigma_mm, |robust| robust.scale_mm);
         let apart = apart_mm(&points, &u_mm, unit_mm, &fit, place);
         parameters(&fit) == parameters(&place.fit) && apart <= APART * scale_mm
     }
@@ -204,6 +220,8 @@ fn apart_mm(
 
 /// A new reference is due when one in so many points is new.
 const GROWTH: usize = 4;
+/// So many points are fitted and linearised at once by squares: some 50 ms.
+const AT_ONCE: usize = 1 << 17;
 /// Points of a sample.
 const SAMPLE: usize = 2048;
 /// The golden ratio.

@@ -32,16 +32,11 @@ impl Linearised {
     /// linearisation. Then damped steps are tried, down to none, until one does not make the sum of
     /// squares larger.
     pub(super) fn change(&self, problem: &Problem<'_>) -> (Vec<f64>, Vec<f64>) {
-        let still = vec![0.0; self.free.len()];
-        let flat = vec![0.0; self.cells.len() * (self.free.len() + 1)];
-        let most = problem.square(&still, &flat);
-        let rows = problem.system.rows() as f64;
-        let slack = (most.sqrt() + rows.sqrt() * CORRECTED_MM * problem.root_weight) * SLACK;
-        if let Some((change, bends)) = self.newton(problem)
-            && problem.square(&change, &bends).sqrt() <= most.sqrt() + slack
-        {
-            return (change, bends);
+        if let Some(found) = self.undamped(problem) {
+            return found;
         }
+        let (still, flat) = self.none();
+        let most = problem.square(&still, &flat);
         for damping in DAMPINGS {
             let change = problem.system.solve_along(&self.fit.freedoms, damping).change;
             let Some(bends) = self.bends(&change) else { continue };
@@ -50,6 +45,22 @@ impl Linearised {
             }
         }
         (still, flat)
+    }
+
+    /// The linear solution with its corrections, unless it makes the sum of squares larger.
+    pub(super) fn undamped(&self, problem: &Problem<'_>) -> Option<(Vec<f64>, Vec<f64>)> {
+        let (still, flat) = self.none();
+        let most_mm = problem.square(&still, &flat).sqrt();
+        let rows = problem.system.rows() as f64;
+        let slack_mm = (most_mm + rows.sqrt() * CORRECTED_MM * problem.root_weight) * SLACK;
+        let found = self.newton(problem)?;
+        (problem.square(&found.0, &found.1).sqrt() <= most_mm + slack_mm).then_some(found)
+    }
+
+    /// No change, and the bends there.
+    fn none(&self) -> (Vec<f64>, Vec<f64>) {
+        let p = self.free.len();
+        (vec![0.0; p], vec![0.0; self.cells.len() * (p + 1)])
     }
 
     /// The linear solution with its corrections for the terms of second order; `None` if these grow.

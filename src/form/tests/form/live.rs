@@ -12,12 +12,12 @@ use asphera_form::{
 const GRID: Grid =
     Grid { x_min_mm: -9.0, x_max_mm: 9.0, y_min_mm: -9.0, y_max_mm: 9.0, nx: 96, ny: 96 };
 
-fn settings(fit: FitSettings) -> LiveSettings {
+pub(crate) fn settings(fit: FitSettings) -> LiveSettings {
     LiveSettings::new(fit, GRID)
 }
 
 /// A lens with 200 nm of form error and 2 nm of noise, scanned along `sample`.
-fn lens(sample: &[[f64; 2]]) -> Vec<PointMm> {
+pub(crate) fn lens(sample: &[[f64; 2]]) -> Vec<PointMm> {
     let error = FormError::typical(9.0);
     let error_mm = move |x: f64, y: f64| error.height_nm(x, y) * 1e-6;
     let artefact = Artefact::new(al1815(), misaligned(), &[], sample, error_mm).unwrap();
@@ -31,7 +31,14 @@ fn lens(sample: &[[f64; 2]]) -> Vec<PointMm> {
         .collect()
 }
 
-fn compare(points: &[PointMm], live: &LiveEstimate, name: &str, pose: f64, rms: f64, pv: f64) {
+pub(crate) fn compare(
+    points: &[PointMm],
+    live: &LiveEstimate,
+    name: &str,
+    pose: f64,
+    rms: f64,
+    pv: f64,
+) {
     let full = fit(points, &al1815(), &FitSettings::default()).unwrap();
     let found = deviations(points, &full.nominal, &full.pose);
     let figures = Figures::new(points, &found, &full.pose, &Aperture::None).unwrap();

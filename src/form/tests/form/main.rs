@@ -17,6 +17,7 @@ mod known;
 mod laws;
 mod live;
 mod live_robust;
+mod live_succession;
 mod live_unknown;
 mod live_weighted;
 mod mirror;
