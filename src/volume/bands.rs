@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use crate::marching::{band, first_numbers};
+use crate::marching::{Cutter, Room};
+use crate::numbering::{Numbers, Starts, starts};
 use crate::table::{Ambiguity, Table};
 use crate::{Crossings, Samples};
 
@@ -11,8 +12,7 @@ use crate::{Crossings, Samples};
 pub struct Bands<'a> {
     samples: &'a Samples,
     rule: Ambiguity,
-    starts: Vec<[u32; 2]>,
-    vertices: u32,
+    starts: Vec<Starts>,
 }
 
 /// The vertices of some slices, and the triangles that lie between each of these slices and the next one.
@@ -33,13 +33,13 @@ impl Bands<'_> {
     ///
     /// Where there are more than 2³² vertices.
     pub fn new(samples: &Samples, rule: Ambiguity) -> Bands<'_> {
-        let (starts, vertices) = first_numbers(samples);
-        Bands { samples, rule, starts, vertices }
+        let starts = starts(samples, Table::of(rule));
+        Bands { samples, rule, starts }
     }
 
     /// The number of all vertices.
     pub fn vertices(&self) -> u32 {
-        self.vertices
+        self.starts[self.slices()].of_slice
     }
 
     /// The number of slices that bands are cut from: all of the volume, and the layer on one side.
@@ -56,11 +56,16 @@ impl Bands<'_> {
     /// Where there are no such slices.
     pub fn band(&self, slices: Range<usize>, crossings: &impl Crossings) -> SurfaceBand {
         assert!(slices.start < slices.end && slices.end <= self.slices(), "no such slices");
-        let first = self.starts[slices.start][0];
-        let mut vertices = vec![[0.0; 3]; (self.starts[slices.end][0] - first) as usize];
-        let table = Table::of(self.rule);
-        let band = band(self.samples, table, crossings, &self.starts, slices, &mut vertices);
-        SurfaceBand { first, vertices, triangles: band.triangles }
+        let [from, to] = [slices.start, slices.end].map(|at| self.starts[at].numbers());
+        // A table has no vertices within cells.
+        let mut vertices = vec![[0.0; 3]; to[0] - from[0]];
+        let mut triangles = vec![[0; 3]; to[2] - from[2]];
+        let first = self.starts[slices.start].of_slice;
+        let room = Room::new(&mut vertices, to[0] - from[0], &mut triangles);
+        let Bands { samples, rule, starts } = self;
+        let cutter = Cutter { samples, cuts: Table::of(*rule), crossings, starts };
+        cutter.band(slices, room, &mut Numbers::new(samples));
+        SurfaceBand { first, vertices, triangles }
     }
 }
 

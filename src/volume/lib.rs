@@ -28,6 +28,7 @@ mod interpolated;
 mod levels;
 mod majority;
 mod marching;
+mod numbering;
 mod parts;
 mod quadrature;
 mod reconstruct;

@@ -1,10 +1,12 @@
 //! Marching cubes over a volume: one vertex a mixed edge, the triangles of a table.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use crate::cell::EDGES;
 use crate::cells::{mixed_codes, mixed_words};
 use crate::codes::facts;
+use crate::numbering::{Numbers, Starts, mixed_edges, starts};
 use crate::table::{Ambiguity, Table, hole};
 use crate::{Samples, Surface};
 
@@ -143,258 +145,145 @@ pub(crate) fn marching_with(
     cuts: &impl Cuts,
     crossings: &impl Crossings,
 ) -> Surface {
-    let layers = samples.size()[2] + 2;
-    let (starts, total) = first_numbers(samples);
-    // One thread has nothing to share, and need not put bands together.
+    let starts = starts(samples, cuts);
+    let layers = starts.len() - 1;
+    let [of_grid, of_cells, of_triangles] = starts[layers].numbers();
+    let mut vertices = vec![[0.0; 3]; of_grid + of_cells];
+    let mut triangles = vec![[0; 3]; of_triangles];
+    let mut room = Room::new(&mut vertices, of_grid, &mut triangles);
+    // One thread has nothing to share.
     let chunks = if rayon::current_num_threads() == 1 { 1 } else { CHUNKS };
-    let chunk = (layers - 1).div_ceil(chunks).max(1);
-    let mut vertices = vec![[0.0; 3]; total as usize];
-    let mut own = &mut vertices[..];
+    let chunk = layers.div_ceil(chunks).max(1);
     let mut bands = Vec::new();
-    for first in (0..layers - 1).step_by(chunk) {
-        let end = (first + chunk).min(layers - 1);
-        let (part, more) = own.split_at_mut((starts[end][0] - starts[first][0]) as usize);
-        own = more;
-        bands.push((first..end, part));
+    for first in (0..layers).step_by(chunk) {
+        let end = (first + chunk).min(layers);
+        bands.push((first..end, room.split_off(starts[first], starts[end])));
     }
-    let bands: Vec<Band> = bands
-        .into_par_iter()
-        .map(|(layers, vertices)| band(samples, cuts, crossings, &starts, layers, vertices))
-        .collect();
-    joined(vertices, bands)
-}
-
-/// The first numbers of the vertices of each slice, those within it and those to the next one; and the number of all.
-///
-/// # Panics
-///
-/// Where there are more than 2³² vertices.
-pub(crate) fn first_numbers(samples: &Samples) -> (Vec<[u32; 2]>, u32) {
-    let layers = samples.size()[2] + 2;
-    let counts: Vec<[u32; 2]> =
-        (0..layers).into_par_iter().map(|z| vertex_counts(samples, z)).collect();
-    let mut total = 0_u32;
-    let starts = counts.into_iter().map(|[within, between]| {
-        let start = total;
-        let end = u64::from(start) + u64::from(within) + u64::from(between);
-        assert!(end < u64::from(u32::MAX), "a surface has below 2^32 vertices");
-        total = end as u32;
-        [start, start + within]
-    });
-    (starts.collect(), total)
-}
-
-/// The surface of all bands, vertices within cells behind the others.
-fn joined(mut vertices: Vec<[f64; 3]>, mut bands: Vec<Band>) -> Surface {
-    for band in &mut bands {
-        // Counted from the largest number down, until the vertices of the grid are counted.
-        let first = vertices.len() as u32;
-        let least = u32::MAX - band.within.len() as u32;
-        if !band.within.is_empty() {
-            let corners = band.triangles.iter_mut().flatten();
-            corners
-                .filter(|corner| **corner > least)
-                .for_each(|corner| *corner = first + (u32::MAX - *corner));
-        }
-        vertices.append(&mut band.within);
-    }
-    if let [only] = &mut bands[..] {
-        return Surface { vertices, triangles: std::mem::take(&mut only.triangles) };
-    }
-    let mut triangles = vec![[0; 3]; bands.iter().map(|band| band.triangles.len()).sum()];
-    let mut rest = &mut triangles[..];
-    let mut copies = Vec::new();
-    for band in bands {
-        let (part, more) = rest.split_at_mut(band.triangles.len());
-        rest = more;
-        copies.push((part, band.triangles));
-    }
-    copies.into_par_iter().for_each(|(part, own)| part.copy_from_slice(&own));
+    let cutter = Cutter { samples, cuts, crossings, starts: &starts };
+    bands.into_par_iter().for_each_init(
+        || Numbers::new(samples),
+        |numbers, (layers, room)| cutter.band(layers, room, numbers),
+    );
     Surface { vertices, triangles }
 }
 
-/// Triangles of a band of layers.
-#[derive(Default)]
-pub(crate) struct Band {
-    pub(crate) triangles: Vec<[u32; 3]>,
-    /// Vertices within cells; triangles count them from the largest number down.
-    within: Vec<[f64; 3]>,
+/// Where a band of layers leaves what it makes.
+pub(crate) struct Room<'a> {
+    /// Vertices on the edges of the grid.
+    vertices: &'a mut [[f64; 3]],
+    /// Vertices within cells.
+    within: &'a mut [[f64; 3]],
+    triangles: &'a mut [[u32; 3]],
+}
+
+impl<'a> Room<'a> {
+    /// All of a surface, of whose vertices so many lie on the grid.
+    pub(crate) fn new(
+        vertices: &'a mut [[f64; 3]],
+        of_grid: usize,
+        triangles: &'a mut [[u32; 3]],
+    ) -> Room<'a> {
+        let (vertices, within) = vertices.split_at_mut(of_grid);
+        Room { vertices, within, triangles }
+    }
+
+    /// Takes off what lies in front: from one slice to another.
+    fn split_off(&mut self, from: Starts, to: Starts) -> Room<'a> {
+        let (from, to) = (from.numbers(), to.numbers());
+        let [of_grid, of_cells, of_triangles] = [0, 1, 2].map(|kind| to[kind] - from[kind]);
+        Room {
+            vertices: split_off(&mut self.vertices, of_grid),
+            within: split_off(&mut self.within, of_cells),
+            triangles: split_off(&mut self.triangles, of_triangles),
+        }
+    }
+}
+
+fn split_off<'a, T>(all: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    let (front, back) = std::mem::take(all).split_at_mut(count);
+    *all = back;
+    front
 }
 
 /// Bands of layers that threads share: enough for some tens of threads, few enough that each is worth its numbering.
 const CHUNKS: usize = 64;
 
-/// Calls `visit(direction, y, word, bits)` for every word of mixed edges of a slice: along x and y, or (`is_upward`) to the next slice.
-pub(crate) fn mixed_edges(
-    samples: &Samples,
-    z: usize,
-    is_upward: bool,
-    mut visit: impl FnMut(usize, usize, usize, u64),
-) {
-    let [_, ny, nz] = samples.size();
-    if is_upward && z > nz {
-        return;
-    }
-    for y in 0..ny + 2 {
-        let row = samples.row(y, z);
-        if is_upward {
-            for (word, (a, b)) in row.iter().zip(samples.row(y, z + 1)).enumerate() {
-                if a != b {
-                    visit(2, y, word, a ^ b);
+/// What bands are cut from, and how.
+pub(crate) struct Cutter<'a, C, X> {
+    pub(crate) samples: &'a Samples,
+    pub(crate) cuts: &'a C,
+    pub(crate) crossings: &'a X,
+    pub(crate) starts: &'a [Starts],
+}
+
+impl<C: Cuts, X: Crossings> Cutter<'_, C, X> {
+    /// Places the vertices of the slices `layers`, and the triangles of the layers of cells above them. What `numbers` had before does
+    /// not matter.
+    pub(crate) fn band(&self, layers: Range<usize>, room: Room<'_>, numbers: &mut Numbers) {
+        let Cutter { samples, cuts, crossings, starts } = *self;
+        let Room { vertices, mut within, mut triangles } = room;
+        let first_within = starts[starts.len() - 1].of_slice + starts[layers.start].within_cells;
+        let mut next_within = first_within;
+        let mut mesh = CellMesh::default();
+        let plain: [Option<&[[u8; 3]]>; 256] = std::array::from_fn(|code| cuts.plain(code as u8));
+        let mut places = vertices.iter_mut();
+        let first = layers.start;
+        // The vertices of the last slice have no cells above them; it has none, being the layer around the volume.
+        for z in layers {
+            let mut add = |place: [usize; 3], direction: usize| {
+                let from = place.map(|coordinate| coordinate as i64 - 1);
+                let mut vertex = from.map(|coordinate| coordinate as f64);
+                vertex[direction] += crossings.share(from, direction);
+                if let Some(place) = places.next() {
+                    *place = vertex;
                 }
-            }
-            continue;
-        }
-        for (word, &bits) in row.iter().enumerate() {
-            // The last bit of a row is the layer around the volume, so nothing is lost behind it.
-            let next = row.get(word + 1).map_or(0, |next| next << 63);
-            let mixed = bits ^ (bits >> 1 | next);
-            if mixed != 0 {
-                visit(0, y, word, mixed);
-            }
-        }
-        if y <= ny {
-            for (word, (a, b)) in row.iter().zip(samples.row(y + 1, z)).enumerate() {
-                if a != b {
-                    visit(1, y, word, a ^ b);
-                }
-            }
-        }
-    }
-}
-
-fn vertex_counts(samples: &Samples, z: usize) -> [u32; 2] {
-    [false, true].map(|is_upward| {
-        let mut count = 0;
-        mixed_edges(samples, z, is_upward, |_, _, _, bits| count += bits.count_ones());
-        count
-    })
-}
-
-/// Numbers of the vertices of two slices, by direction and place.
-struct Numbers {
-    columns: usize,
-    places: usize,
-    of: Vec<u32>,
-    /// Which half of the numbers is the lower slice.
-    lower: usize,
-}
-
-impl Numbers {
-    fn new(samples: &Samples) -> Numbers {
-        let columns = samples.words_per_row() * 64;
-        let places = columns * (samples.size()[1] + 2);
-        Numbers { columns, places, of: vec![0; 6 * places], lower: 0 }
-    }
-
-    fn start(&self, is_upper: bool, direction: usize) -> usize {
-        ((self.lower ^ usize::from(is_upper)) * 3 + direction) * self.places
-    }
-
-    /// Where the number of each edge of a cell lies, counted from the place of the cell.
-    fn offsets(&self) -> [usize; 12] {
-        std::array::from_fn(|edge| {
-            let corner = EDGES[edge][0];
-            let start = self.start(corner >> 2 & 1 == 1, edge / 4);
-            start + (corner >> 1 & 1) * self.columns + (corner & 1)
-        })
-    }
-
-    /// Numbers the edges of a slice from `next`, within it or to the one above, and calls `visit(place, direction)` for each in turn.
-    /// Entries of other edges keep what was there before; none of them is read.
-    fn fill(
-        &mut self,
-        samples: &Samples,
-        z: usize,
-        [is_upper, is_upward]: [bool; 2],
-        mut next: u32,
-        mut visit: impl FnMut([usize; 3], usize),
-    ) {
-        let starts = [0, 1, 2].map(|direction| self.start(is_upper, direction));
-        mixed_edges(samples, z, is_upward, |direction, y, word, mut bits| {
-            let start = starts[direction] + y * self.columns;
-            let row = &mut self.of[start..start + self.columns];
-            while bits != 0 {
-                let x = word * 64 + bits.trailing_zeros() as usize;
-                row[x] = next;
-                next += 1;
-                visit([x, y, z], direction);
-                bits &= bits - 1;
-            }
-        });
-    }
-}
-
-/// Places the vertices of the slices `layers`, and gives the triangles of the layers of cells above them.
-pub(crate) fn band(
-    samples: &Samples,
-    cuts: &impl Cuts,
-    crossings: &impl Crossings,
-    starts: &[[u32; 2]],
-    layers: std::ops::Range<usize>,
-    vertices: &mut [[f64; 3]],
-) -> Band {
-    let mut band = Band::default();
-    // Nearly always there are two triangles a vertex.
-    band.triangles.reserve(2 * vertices.len());
-    let mut mesh = CellMesh::default();
-    let plain: [Option<&[[u8; 3]]>; 256] = std::array::from_fn(|code| cuts.plain(code as u8));
-    let mut numbers = Numbers::new(samples);
-    let mut places = vertices.iter_mut();
-    let first = layers.start;
-    // The vertices of the last slice have no cells above them; it has none, being the layer around the volume.
-    for z in layers {
-        let mut add = |place: [usize; 3], direction: usize| {
-            let from = place.map(|coordinate| coordinate as i64 - 1);
-            let mut vertex = from.map(|coordinate| coordinate as f64);
-            vertex[direction] += crossings.share(from, direction);
-            if let Some(place) = places.next() {
-                *place = vertex;
-            }
-        };
-        let [within, between] = starts[z];
-        if z == first {
-            numbers.fill(samples, z, [false, false], within, &mut add);
-        } else {
-            // Numbered already as the upper slice of the layer before.
-            mixed_edges(samples, z, false, |direction, y, word, mut bits| {
-                while bits != 0 {
-                    add([word * 64 + bits.trailing_zeros() as usize, y, z], direction);
-                    bits &= bits - 1;
-                }
-            });
-        }
-        numbers.fill(samples, z, [false, true], between, &mut add);
-        numbers.fill(samples, z + 1, [true, false], starts[z + 1][0], |_, _| ());
-        let offsets = numbers.offsets();
-        let Band { triangles, within } = &mut band;
-        mixed_words(samples, z, |y, word, corners, mixed| {
-            mixed_codes(word, corners, mixed, |x, code| {
-                let of_cell = &numbers.of[y * numbers.columns + x..];
-                if let Some(plain) = plain[usize::from(code)] {
-                    for &[a, b, c] in plain {
-                        let number = |edge: u8| of_cell[offsets[usize::from(edge)]];
-                        triangles.push([number(a), number(b), number(c)]);
+            };
+            let Starts { of_slice, to_next, .. } = starts[z];
+            if z == first {
+                numbers.fill(samples, z, [false, false], of_slice, &mut add);
+            } else {
+                // Numbered already as the upper slice of the layer before.
+                mixed_edges(samples, z, false, |direction, y, word, mut bits| {
+                    while bits != 0 {
+                        add([word * 64 + bits.trailing_zeros() as usize, y, z], direction);
+                        bits &= bits - 1;
                     }
-                    return;
-                }
-                mesh.triangles.clear();
-                mesh.vertices.clear();
-                cuts.cut(samples, [x, y, z], code, &mut mesh);
-                let number = |corner: u8| match offsets.get(usize::from(corner)) {
-                    Some(&offset) => of_cell[offset],
-                    None => u32::MAX - (within.len() + usize::from(corner) - 12) as u32,
-                };
-                triangles.extend(mesh.triangles.iter().map(|corners| corners.map(number)));
-                let start = [x, y, z].map(|at| at as f64 - 1.0);
-                let places =
-                    mesh.vertices.iter().map(|own| [0, 1, 2].map(|axis| start[axis] + own[axis]));
-                within.extend(places);
+                });
+            }
+            numbers.fill(samples, z, [false, true], to_next, &mut add);
+            numbers.fill(samples, z + 1, [true, false], starts[z + 1].of_slice, |_, _| ());
+            let offsets = numbers.offsets();
+            mixed_words(samples, z, |y, word, corners, mixed| {
+                mixed_codes(word, corners, mixed, |x, code| {
+                    let of_cell = numbers.of_cell(x, y);
+                    if let Some(plain) = plain[usize::from(code)] {
+                        let number = |edge: u8| of_cell[offsets[usize::from(edge)]];
+                        let own = split_off(&mut triangles, plain.len());
+                        own.iter_mut().zip(plain).for_each(|(to, edges)| *to = edges.map(number));
+                        return;
+                    }
+                    mesh.triangles.clear();
+                    mesh.vertices.clear();
+                    cuts.cut(samples, [x, y, z], code, &mut mesh);
+                    let number = |corner: u8| match offsets.get(usize::from(corner)) {
+                        Some(&offset) => of_cell[offset],
+                        None => next_within + u32::from(corner) - 12,
+                    };
+                    let own = split_off(&mut triangles, mesh.triangles.len());
+                    own.iter_mut()
+                        .zip(&mesh.triangles)
+                        .for_each(|(to, corners)| *to = corners.map(number));
+                    let start = [x, y, z].map(|at| at as f64 - 1.0);
+                    let own = split_off(&mut within, mesh.vertices.len());
+                    own.iter_mut().zip(&mesh.vertices).for_each(|(to, vertex)| {
+                        *to = [0, 1, 2].map(|axis| start[axis] + vertex[axis]);
+                    });
+                    next_within += mesh.vertices.len() as u32;
+                });
             });
-        });
-        numbers.lower ^= 1;
+            numbers.swap();
+        }
     }
-    band
 }
 
 /// The cell across a face. A C1 face has foreground samples, so there is one.

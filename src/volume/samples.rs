@@ -1,11 +1,15 @@
 //! Samples of a solid on a grid: one bit each, 64 a word along x.
 
+use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::threshold::mask_of_bytes;
 
 /// Most samples that a volume may have, 2³⁶: 8 GiB of bits.
 pub const MAX_SAMPLES: u64 = 1 << 36;
+
+/// Rows that are worth a thread of their own.
+const ROWS: usize = 256;
 
 /// A binary volume: which samples of a grid lie inside the solid.
 ///
@@ -250,7 +254,7 @@ impl SlabBuilder {
         Ok(())
     }
 
-    /// Adds bytes: foreground is what is `threshold` or more.
+    /// Adds bytes: foreground is what is `threshold` or more. Whole rows are shared by the threads of the caller's pool.
     ///
     /// # Errors
     ///
@@ -262,10 +266,19 @@ impl SlabBuilder {
             self.push_with(values.len(), |index| values[index] >= threshold);
             return Ok(());
         }
-        let first = self.filled / nx;
-        for (row, values) in (first..).zip(values.chunks_exact(nx)) {
-            mask_of_bytes(values, threshold, self.samples.row_mut(row % ny + 1, row / ny + 1));
-        }
+        // Rows count without the layer around the volume, places with it.
+        let (first, end) = (self.filled / nx, (self.filled + values.len()) / nx);
+        let place = |row: usize| (row / ny + 1) * (ny + 2) + row % ny + 1;
+        let words = self.samples.words_per_row;
+        let of_rows = &mut self.samples.words[place(first) * words..place(end) * words];
+        let rows = of_rows.par_chunks_mut(words).enumerate().with_min_len(ROWS);
+        rows.for_each(|(index, words)| {
+            let (z, y) = ((place(first) + index) / (ny + 2), (place(first) + index) % (ny + 2));
+            if (1..=ny).contains(&y) {
+                let row = (z - 1) * ny + y - 1 - first;
+                mask_of_bytes(&values[row * nx..][..nx], threshold, words);
+            }
+        });
         self.filled += values.len();
         Ok(())
     }

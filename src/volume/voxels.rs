@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::cells::{mixed_codes, mixed_words};
-use crate::marching::mixed_edges;
+use crate::numbering::mixed_edges;
 use crate::table::{Ambiguity, Table};
 use crate::{Samples, Surface};
 
