@@ -187,28 +187,17 @@ impl LocalSurface {
 
     /// Finds the neighbours of new points, and the points that see these.
     fn doubts(&mut self, inserted: &Inserted) -> Doubts {
-        let tree = &self.tree;
         let before = self.planes.len() as u32;
-        let asked: Vec<Asked> = inserted
-            .leaves
-            .par_chunks(LEAVES_AT_ONCE)
-            .map(|leaves| {
-                let mut room = near_lists::Room::default();
-                let mut asked = Asked::default();
-                for &new in leaves {
-                    asked.ask(tree, new, &mut room);
-                }
-                asked
-            })
-            .collect();
         let mut doubts = Doubts::default();
         self.listed.batch += 1;
-        self.listed.last.resize(tree.len(), 0);
+        self.listed.last.resize(self.tree.len(), 0);
         let mut seen = Vec::new();
-        for asked in asked {
-            self.near.extend(asked.lists);
-            seen.extend(asked.seen);
-            self.listed.add(&mut doubts.stars, asked.stars);
+        for leaves in inserted.leaves.chunks(LEAVES_HELD) {
+            for Asked { lists, seen: own, stars } in self.asked(leaves) {
+                self.near.extend(lists);
+                seen.extend(own);
+                self.listed.add(&mut doubts.stars, stars);
+            }
         }
         sort(&mut seen);
         for group in seen.chunk_by(|a, b| earlier(*a) == earlier(*b)) {
@@ -221,6 +210,17 @@ impl LocalSurface {
         doubts.planes.extend(new.clone());
         self.listed.add(&mut doubts.stars, new);
         doubts
+    }
+
+    /// Asks for the new points of some leaves, in order.
+    fn asked(&self, leaves: &[NewInLeaf]) -> Vec<Asked> {
+        let ask = |leaves: &[NewInLeaf]| {
+            let mut room = near_lists::Room::default();
+            let mut asked = Asked::default();
+            leaves.iter().for_each(|&new| asked.ask(&self.tree, new, &mut room));
+            asked
+        };
+        leaves.par_chunks(LEAVES_AT_ONCE).map(ask).collect()
     }
 
     /// Takes new points into the list of an earlier point that sees them.
@@ -345,6 +345,8 @@ impl LocalSurface {
 
 /// What a new place may change.
 const NEW_PLACE: [Sight; 2] = [Sight::Plane, Sight::Star];
+/// Leaves whose answers are held before they are taken over.
+const LEAVES_HELD: usize = 1 << 12;
 /// Leaves that a thread asks for in turn.
 const LEAVES_AT_ONCE: usize = 32;
 /// Points that a thread takes in turn.

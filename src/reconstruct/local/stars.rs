@@ -94,17 +94,15 @@ impl Stars {
                 }
             }
         };
-        let parts: Vec<Vec<Facet>> = changed
-            .par_chunks(POINTS_AT_ONCE)
-            .map(|points| {
-                let mut found = Vec::new();
-                points.iter().for_each(|&p| find(&mut found, p));
-                found
-            })
-            .collect();
-        let mut found = Vec::with_capacity(parts.iter().map(Vec::len).sum());
-        for part in parts {
-            found.extend(part);
+        let find_all = |points: &[u32]| {
+            let mut found = Vec::new();
+            points.iter().for_each(|&p| find(&mut found, p));
+            found
+        };
+        let mut found = Vec::new();
+        for points in changed.chunks(POINTS_HELD) {
+            let parts: Vec<Vec<Facet>> = points.par_chunks(POINTS_AT_ONCE).map(find_all).collect();
+            found.extend(parts.into_iter().flatten());
         }
         sort(&mut found);
         found.dedup();
@@ -192,6 +190,8 @@ pub(super) fn sort<T: Ord + Send>(items: &mut [T]) {
 
 /// Items that one thread sorts faster than many.
 const SORTED_ALONE: usize = 100_000;
+/// Points whose facets are held beside those of all.
+const POINTS_HELD: usize = 1 << 16;
 /// Points that a thread takes in turn.
 const POINTS_AT_ONCE: usize = 1024;
 /// Set in an entry of a ring whose facet with the next entry is agreed. Numbers of points and [`GAP`] are below it.
