@@ -141,11 +141,14 @@ impl Numbers {
     pub(crate) fn new(samples: &Samples) -> Numbers {
         let columns = samples.words_per_row() * 64;
         let places = columns * (samples.size()[1] + 2);
-        Numbers { columns, places, of: vec![0; 6 * places], lower: 0 }
+        Numbers { columns, places, of: vec![0; 5 * places], lower: 0 }
     }
 
     fn start(&self, is_upper: bool, direction: usize) -> usize {
-        ((self.lower ^ usize::from(is_upper)) * 3 + direction) * self.places
+        // Edges to the next slice are those between the two.
+        let array =
+            if direction == 2 { 4 } else { (self.lower ^ usize::from(is_upper)) * 2 + direction };
+        array * self.places
     }
 
     /// Where the number of each edge of a cell lies, counted from the place of the cell.
