@@ -70,6 +70,34 @@ impl Series {
         Distance { mm: Some(share * range_mm), flags, trouble: None }
     }
 
+    /// Word of a distance in mm from the start of the measuring range, as a sensor of that range in mm sends it: the nearest one. Without
+    /// a peak, or where no word has such a value, it is the error for that; the manuals of the ILD1900 list none, and the word is one that
+    /// has no value.
+    pub fn word(self, mm: Option<f64>, range_mm: f64) -> u32 {
+        let Some(mm) = mm else { return self.errors()[0] };
+        let share = mm / range_mm;
+        let word = match self {
+            Series::Plain => (share + 0.01) * 65_520.0 / 1.02,
+            Series::Mastered => (share + 0.51) * 65_520.0 / 1.02,
+            Series::Wide => share * 65_536.0 + 98_232.0,
+            Series::Legacy => (share + 0.01) * 16_368.0 / 1.02,
+        };
+        match word.round() {
+            below if below < 0.0 => self.errors()[1],
+            word if word <= f64::from(self.largest()) => word as u32,
+            _ => self.errors()[2],
+        }
+    }
+
+    /// Words for no peak, a peak before the range, and one behind it.
+    fn errors(self) -> [u32; 3] {
+        match self {
+            Series::Plain | Series::Mastered => [262_076, 262_077, 262_078],
+            Series::Legacy => [16_370, 16_372, 16_374],
+            Series::Wide => [self.largest() + 1; 3],
+        }
+    }
+
     /// Largest word that is a value.
     fn largest(self) -> u32 {
         match self {
@@ -159,6 +187,32 @@ mod tests {
         );
         assert!(near(mm(Series::Wide, 98_232 + 65_536, 1.0), 1.0));
         assert!(near(mm(Series::Wide, 98_232, 1.0), 0.0));
+    }
+
+    /// Printed values, the other way round, and errors where there is no value.
+    #[test]
+    fn words_of_distances() {
+        assert_eq!(Series::Plain.word(Some(5.0), 10.0), 32_760);
+        assert_eq!(Series::Legacy.word(Some(5.0), 10.0), 8184);
+        // Printed with three decimals: 6.29434 mm, and a word is 0.6 µm.
+        assert_eq!(Series::Legacy.word(Some(6.2943), 10.0), 10_261);
+        assert_eq!(Series::Mastered.word(Some(0.0), 10.0), 32_760);
+        assert_eq!(Series::Wide.word(Some(0.0), 10.0), 98_232);
+        let places = [None, Some(-2.0), Some(12.0)];
+        assert_eq!(places.map(|mm| Series::Plain.word(mm, 10.0)), [262_076, 262_077, 262_078]);
+        assert_eq!(places.map(|mm| Series::Legacy.word(mm, 10.0)), [16_370, 16_372, 16_374]);
+        assert!(Series::Wide.distance(Series::Wide.word(None, 10.0), 10.0).mm.is_none());
+    }
+
+    /// Each word that has a value is the word of that value.
+    #[test]
+    fn words_and_distances_agree() {
+        for series in [Series::Plain, Series::Mastered, Series::Wide, Series::Legacy] {
+            let words = (0..=series.largest()).filter(|word| series.error(*word).is_none());
+            for word in words {
+                assert_eq!(series.word(series.distance(word, 25.0).mm, 25.0), word, "{series:?}");
+            }
+        }
     }
 
     #[test]

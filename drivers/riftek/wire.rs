@@ -34,6 +34,12 @@ impl Request {
         }
     }
 
+    /// Request of a code.
+    pub fn from_code(code: u8) -> Option<Request> {
+        let all = [Request::Identify, Request::Result, Request::StartStream, Request::StopStream];
+        all.into_iter().find(|request| request.code() == code)
+    }
+
     /// Bytes of the request to a sensor of this address, of which the lowest 7 bits are sent.
     pub const fn encode(self, address: u8) -> [u8; 2] {
         [address & 0x7F, 0x80 | self.code()]
@@ -49,6 +55,34 @@ pub const LONGEST: usize = 8;
 /// Result at the end of the measuring range.
 pub const FULL_RANGE: u16 = 0x4000;
 
+/// Finds requests in bytes that are cut anywhere.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RequestDecoder {
+    /// Address of a request whose code has not come.
+    address: Option<u8>,
+}
+
+impl RequestDecoder {
+    /// Takes one byte. The address and the request, if it is the last of one that is known.
+    pub fn push(&mut self, byte: u8) -> Option<(u8, Request)> {
+        if byte & 0x80 == 0 {
+            self.address = Some(byte);
+            return None;
+        }
+        let address = self.address.take()?;
+        // The upper half of every further byte is 1000.
+        let code = (byte & 0x70 == 0).then_some(byte & 0x0F)?;
+        Request::from_code(code).map(|request| (address, request))
+    }
+}
+
+/// Result of a distance in mm from the start of a measuring range in mm: the nearest one, 0 to [`FULL_RANGE`].
+pub fn result_of(mm: f64, range_mm: u16) -> u16 {
+    // Equation 1 of the RF602 manual, page 15, the other way round.
+    let result = mm * f64::from(FULL_RANGE) / f64::from(range_mm);
+    result.round().clamp(0.0, f64::from(FULL_RANGE)) as u16
+}
+
 /// One answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Answer {
@@ -63,6 +97,20 @@ pub struct Answer {
     pub is_clean: bool,
     bytes: [u8; LONGEST],
     len: usize,
+}
+
+impl Identity {
+    /// Content of the answer that says it.
+    pub fn encode(&self) -> [u8; LONGEST] {
+        let Identity { device_type, firmware, serial, base_mm, range_mm } = *self;
+        let [serial_low, serial_high] = serial.to_le_bytes();
+        let [base_low, base_high] = base_mm.to_le_bytes();
+        let [range_low, range_high] = range_mm.to_le_bytes();
+        let numbers = [serial_low, serial_high, base_low, base_high, range_low, range_high];
+        let mut content = [device_type, firmware, 0, 0, 0, 0, 0, 0];
+        content[2..].copy_from_slice(&numbers);
+        content
+    }
 }
 
 impl Answer {
@@ -270,6 +318,23 @@ mod tests {
                 assert_eq!(missed, u8::from(between), "byte {lost}");
             }
         }
+    }
+
+    /// Requests of the RF602 manual, page 16 and 17, cut anywhere, with the answer of another sensor between.
+    #[test]
+    fn requests_are_found() {
+        let mut decoder = RequestDecoder::default();
+        let bytes = [0x86, 0x01, 0x81, 0xF5, 0x01, 0x86, 0x03, 0xC6, 0x01, 0x01, 0x87];
+        let found: Vec<_> = bytes.into_iter().filter_map(|byte| decoder.push(byte)).collect();
+        let expected = [Request::Identify, Request::Result, Request::StartStream];
+        assert_eq!(found, expected.map(|request| (1, request)));
+    }
+
+    /// The result that the RF602 manual prints, page 17: 677 is 2.066 mm of 50 mm.
+    #[test]
+    fn results_of_distances() {
+        assert_eq!(result_of(2.066, 50), 677);
+        assert_eq!([-1.0, 0.0, 50.0, 51.0].map(|mm| result_of(mm, 50)), [0, 0, 16_384, 16_384]);
     }
 
     #[test]

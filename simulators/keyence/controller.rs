@@ -64,6 +64,7 @@ impl Optics {
 #[derive(Clone, Debug)]
 pub struct Controller {
     optics: Optics,
+    serial: String,
     random: Pcg64Mcg,
     triggers: u32,
     errors: Vec<u16>,
@@ -81,6 +82,7 @@ impl Controller {
     pub fn new(optics: Optics, seed: u64) -> Controller {
         Controller {
             optics,
+            serial: SERIAL.to_owned(),
             random: Pcg64Mcg::seed_from_u64(seed),
             triggers: 0,
             errors: Vec::new(),
@@ -89,6 +91,12 @@ impl Controller {
             was_stopped: false,
             pending: Vec::new(),
         }
+    }
+
+    /// The controller with this serial number, of 16 signs at most.
+    #[must_use]
+    pub fn with_serial(self, serial: &str) -> Controller {
+        Controller { serial: serial.to_owned(), ..self }
     }
 
     /// The optics that it was made with.
@@ -122,7 +130,7 @@ impl Controller {
         let mut layout = self.optics.layout();
         let content = match request {
             Request::Units => {
-                Unit::encode_all(&[unit("LJ-X8000", "SIM00001"), unit("LJ-X8080", "SIM00002")])
+                Unit::encode_all(&[unit("LJ-X8000", &self.serial), unit("LJ-X8080", "SIM00002")])
             }
             Request::Errors => ErrorCodes(self.errors.clone()).encode(),
             Request::Prepare => {
@@ -240,6 +248,9 @@ impl Controller {
 
 /// Code that it gives for the start of a stream.
 const START_CODE: u32 = 0x0A5F_0001;
+
+/// Serial number where none is given.
+const SERIAL: &str = "SIM00001";
 
 /// Error for a start with another code. The number is our choice.
 const WRONG_CODE: u8 = 0x31;
