@@ -10,6 +10,7 @@
 
 #![forbid(unsafe_code)]
 
+mod adapter;
 mod bus;
 mod dictionary;
 mod node;
@@ -19,4 +20,4 @@ mod server;
 pub use bus::{Bus, BusError};
 pub use node::NodeConfig;
 pub use ports::{Pty, serve_tcp};
-pub use server::{Delivery, Simulator};
+pub use server::{Delivery, Participant, Simulator};

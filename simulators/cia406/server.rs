@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use asphera_link::{CanFrame, Nanos};
-use asphera_slcan::{AdapterStatus, BEL, CR, Command, Decoder, Item, encode, encode_timestamped};
+use asphera_slcan::{BEL, CR, Command, Decoder, Item, encode, encode_timestamped};
 use rand_core::Rng;
 use rand_pcg::Pcg32;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
@@ -13,6 +13,7 @@ use tokio::sync::{Notify, mpsc, watch};
 use tokio::time::{Instant, sleep_until};
 
 use crate::Bus;
+use crate::adapter::Adapter;
 
 /// A simulated bus behind an slcan adapter, one host at a time.
 ///
@@ -41,6 +42,16 @@ struct Shared {
     /// Counts the wishes to close the connection.
     close: watch::Sender<u64>,
     origin: Instant,
+    participant: Option<Arc<dyn Participant>>,
+}
+
+/// Other devices of the bus, which are no nodes of CANopen.
+pub trait Participant: Send + Sync {
+    /// The adapter's channel was opened: a host begins.
+    fn opened(&self);
+
+    /// Takes a frame that the host sent, and gives the answers.
+    fn receive(&self, frame: &CanFrame) -> Vec<CanFrame>;
 }
 
 struct State {
@@ -50,15 +61,6 @@ struct State {
     line: Option<mpsc::Sender<Vec<u8>>>,
     silent_until: Option<Instant>,
     noise: Option<Noise>,
-}
-
-/// What a host has set in the adapter.
-#[derive(Clone, Copy, Debug, Default)]
-struct Adapter {
-    bit_rate_set: bool,
-    open: bool,
-    listen_only: bool,
-    timestamps: bool,
 }
 
 /// Bytes that will be put into the next lines, somewhere.
@@ -73,6 +75,15 @@ const QUEUE: usize = 64;
 impl Simulator {
     /// Puts a bus behind an adapter whose channel is closed.
     pub fn new(bus: Bus) -> Simulator {
+        Simulator::of(bus, None)
+    }
+
+    /// Puts a bus with other devices on it behind an adapter whose channel is closed.
+    pub fn with_participant(bus: Bus, participant: Arc<dyn Participant>) -> Simulator {
+        Simulator::of(bus, Some(participant))
+    }
+
+    fn of(bus: Bus, participant: Option<Arc<dyn Participant>>) -> Simulator {
         let (armed, _) = watch::channel(bus.armed());
         let adapter = Adapter::default();
         let state = State { bus, adapter, line: None, silent_until: None, noise: None };
@@ -82,6 +93,7 @@ impl Simulator {
             armed,
             close: watch::channel(0).0,
             origin: Instant::now(),
+            participant,
         };
         Simulator { shared: Arc::new(shared) }
     }
@@ -113,13 +125,22 @@ impl Simulator {
     /// Moves each node to its position, in counts, and sends one SYNC. Waits while the host does not
     /// read; what the host cannot hear happens on the bus all the same.
     pub async fn sync(&self, counter: Option<u8>, positions: &[i32]) -> Delivery {
+        self.put(|bus| bus.sync(counter, positions)).await
+    }
+
+    /// Puts frames of other devices on the bus. Waits while the host does not read.
+    pub async fn transmit(&self, frames: &[CanFrame]) -> Delivery {
+        self.put(|_| frames.to_vec()).await
+    }
+
+    async fn put(&self, happen: impl FnOnce(&mut Bus) -> Vec<CanFrame>) -> Delivery {
         let line = self.state().line.clone();
         let permit = match &line {
             Some(line) => line.reserve().await.ok(),
             None => None,
         };
         let mut state = self.state();
-        let frames = state.bus.sync(counter, positions);
+        let frames = happen(&mut state.bus);
         let Some(permit) = permit.filter(|_| state.adapter.open) else {
             return Delivery::Unheard;
         };
@@ -128,6 +149,12 @@ impl Simulator {
         };
         permit.send(lines);
         Delivery::Queued
+    }
+
+    /// Whether a host is connected and has opened the channel.
+    pub fn is_open(&self) -> bool {
+        let state = self.state();
+        state.line.is_some() && state.adapter.open
     }
 
     /// Whether every node is operational with its TPDO on.
@@ -232,7 +259,10 @@ impl Simulator {
         let done = match item {
             Item::Frame(frame, _) if state.adapter.open && !state.adapter.listen_only => {
                 said.push(CR);
-                let answers = state.bus.receive(now, &frame);
+                let mut answers = state.bus.receive(now, &frame);
+                if let Some(participant) = &self.shared.participant {
+                    answers.extend(participant.receive(&frame));
+                }
                 said.extend(self.lines(&mut state, &answers).unwrap_or_default());
                 true
             }
@@ -240,7 +270,14 @@ impl Simulator {
                 said.push(CR);
                 true
             }
-            Item::Command(command) => state.adapter.command(command, &mut said),
+            Item::Command(command) => {
+                let done = state.adapter.command(command, &mut said);
+                let begins = done && matches!(command, Command::Open | Command::Listen);
+                if let Some(participant) = self.shared.participant.as_ref().filter(|_| begins) {
+                    participant.opened();
+                }
+                done
+            }
             _ => false,
         };
         if !done {
@@ -315,45 +352,6 @@ impl State {
             self.silent_until = None;
         }
         self.silent_until.is_some()
-    }
-}
-
-impl Adapter {
-    /// Does a command and says CR with what it asks for; or does not.
-    fn command(&mut self, command: Command, said: &mut Vec<u8>) -> bool {
-        let allowed = match command {
-            Command::BitRate(_) | Command::DataBitRate(_) | Command::Registers { .. } => !self.open,
-            Command::Open | Command::Listen => !self.open && self.bit_rate_set,
-            Command::Close | Command::Status => self.open,
-            Command::Timestamps(_)
-            | Command::AcceptanceCode(_)
-            | Command::AcceptanceMask(_)
-            | Command::AutoPoll(_) => !self.open,
-            Command::Version | Command::SerialNumber => true,
-            Command::PollOne | Command::PollAll | Command::Uart(_) | Command::FilterMode(_) => {
-                false
-            }
-        };
-        if !allowed {
-            return false;
-        }
-        match command {
-            Command::BitRate(_) | Command::Registers { .. } => self.bit_rate_set = true,
-            Command::Open | Command::Listen => {
-                self.open = true;
-                self.listen_only = command == Command::Listen;
-            }
-            Command::Close => self.open = false,
-            Command::Timestamps(on) => self.timestamps = on,
-            Command::Version => said.extend(b"V1013"),
-            Command::SerialNumber => said.extend(b"NS406"),
-            Command::Status => {
-                said.extend(format!("F{:02X}", AdapterStatus::empty().bits()).bytes());
-            }
-            _ => {}
-        }
-        said.push(CR);
-        true
     }
 }
 

@@ -89,6 +89,21 @@ impl Signal {
         })
     }
 
+    /// Bits of a number before scale and offset, the other way round of [`Signal::read`]. A whole number is rounded, and limited to what the
+    /// bits can say.
+    pub fn raw_of(self, number: f64) -> u64 {
+        let bits = u32::from(self.bits).clamp(1, 64);
+        match self.form {
+            SignalForm::Unsigned => (number.round() as u64).min(u64::MAX >> (64 - bits)),
+            SignalForm::Signed => {
+                let most = i64::MAX >> (64 - bits);
+                (number.round() as i64).clamp(-most - 1, most).cast_unsigned()
+            }
+            SignalForm::Single => (number as f32).to_bits().into(),
+            SignalForm::Double => number.to_bits(),
+        }
+    }
+
     /// Writes the lowest bits of `raw` into the data of a frame. Bits beyond its end are left out.
     pub fn write(self, raw: u64, data: &mut [u8]) {
         for (index, place) in self.places().enumerate() {

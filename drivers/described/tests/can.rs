@@ -34,9 +34,31 @@ fn numbers_are_those_of_cantools() {
         // Beyond 2⁵³ both are rounded to the nearest.
         let exact: i128 = value.parse().unwrap();
         assert_eq!(signal.read(&hex(data)), Some(exact as f64), "{line}");
+        if exact.unsigned_abs() < 1 << 53 {
+            let (mut own, sent) = (hex(data), hex(data));
+            signal.write(u64::MAX, &mut own);
+            signal.write(signal.raw_of(exact as f64), &mut own);
+            assert_eq!(own, sent, "{line}");
+        }
         count += 1;
     }
     assert_eq!(count, 400);
+}
+
+/// A number that the bits cannot say is the nearest that they can.
+#[test]
+fn numbers_are_limited_to_their_bits() {
+    let signal = |bits, form| Signal { start_bit: 0, bits, order: BitOrder::Little, form };
+    let raw = |bits, form, number| signal(bits, form).raw_of(number) & (u64::MAX >> (64 - bits));
+    let unsigned = [-1.0, 2.4, 2.5, 1e9].map(|number| raw(8, SignalForm::Unsigned, number));
+    assert_eq!(unsigned, [0, 2, 3, 255]);
+    let signed = [-1e9, -1.0, 127.0, 1e9].map(|number| raw(8, SignalForm::Signed, number));
+    assert_eq!(signed, [0x80, 0xFF, 0x7F, 0x7F]);
+    assert_eq!(raw(64, SignalForm::Signed, -1e30), 1 << 63);
+    assert_eq!(raw(64, SignalForm::Unsigned, 1e30), u64::MAX);
+    // IEEE 754: 1.5 is 3FC00000h and 3FF8000000000000h.
+    assert_eq!(raw(32, SignalForm::Single, 1.5), 0x3FC0_0000);
+    assert_eq!(raw(64, SignalForm::Double, 1.5), 0x3FF8_0000_0000_0000);
 }
 
 fn driver(text: &str) -> Box<dyn Driver> {
