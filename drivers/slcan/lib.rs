@@ -43,12 +43,14 @@ mod decode;
 mod encode;
 mod hex;
 mod item;
+mod stamps;
 
 pub use bit_rate::{BitRate, DataBitRate, UnsupportedBitRate, UnsupportedDataBitRate};
 pub use command::Command;
 pub use decode::{Decoder, MAX_LINE, Timestamps};
 pub use encode::{TIMESTAMP_MODULUS_MS, encode, encode_timestamped};
 pub use item::{AdapterStatus, Item};
+pub use stamps::{StampClock, Stamped};
 
 /// End of every line, and alone the adapter's "done".
 pub const CR: u8 = b'\r';

@@ -13,8 +13,8 @@ pub struct LinkFigures {
     pub received_bytes: u64,
     /// Bytes that belong to no valid frame.
     pub discarded_bytes: u64,
-    /// Clock by which its receipts are timed: `kernel` where the kernel stamps each frame as it takes it, mapped to the host's
-    /// monotonic clock; absent where the station reads its clock as it reads the bytes.
+    /// Clock by which its receipts are timed, mapped to the host's monotonic clock: `kernel` where the kernel stamps each frame as it
+    /// takes it, `adapter` where an slcan adapter does; absent where the station reads its clock as it reads the bytes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock: Option<String>,
     /// Times it was opened.

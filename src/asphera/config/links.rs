@@ -91,11 +91,13 @@ pub(super) fn read(
         Kind::Udp => Some(Framing::Datagrams),
         Kind::SlcanSerial | Kind::SlcanTcp => {
             let listen_only = table.or("listen_only", false);
+            let timestamps = table.or("timestamps", false);
             let (bit_rate, data_bit_rate) = (bit_rate(table), data_bit_rate(table));
             bit_rate.zip(data_bit_rate).map(|(bit_rate, data_bit_rate)| Framing::Slcan {
                 bit_rate,
                 data_bit_rate,
                 listen_only,
+                timestamps,
             })
         }
         Kind::SocketCan => Some(Framing::CanRecords),

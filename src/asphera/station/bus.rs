@@ -3,8 +3,9 @@
 use asphera_cantext::candump::{Item as LogItem, Reader};
 use asphera_cantext::socketcand::{self, Client, Event as ServerEvent, HANDSHAKE_TIME};
 use asphera_link::{CanFrame, Nanos};
-use asphera_slcan::{Command, Decoder, Item, Timestamps};
+use asphera_slcan::Command;
 
+use super::adapter::{self, Adapter};
 use super::framing::Framing;
 
 /// State of the bus on one connection.
@@ -24,20 +25,11 @@ pub(super) enum Bus {
     Server { client: Client, until: Nanos },
 }
 
-/// A serial adapter.
-pub(super) struct Adapter {
-    decoder: Decoder,
-    /// Commands and frames that it refused.
-    refusals: u64,
-    /// Whether a device of the bus reads CAN FD.
-    reads_fd: bool,
-}
-
 /// Content of received bytes.
 #[derive(Debug, PartialEq)]
 pub(super) enum Piece {
-    /// A frame for the devices.
-    Frame(CanFrame),
+    /// A frame for the devices, with its time where its source tells one, at most that of the read.
+    Frame(CanFrame, Option<Nanos>),
     /// Bytes that give no frame, and why where that is worth a word.
     Discarded { bytes: u64, why: Option<String> },
     /// Trouble that ends nothing.
@@ -64,18 +56,12 @@ impl Bus {
             Framing::Socketcand { bus } => {
                 Bus::Server { client: Client::new(bus), until: now + HANDSHAKE_TIME }
             }
-            Framing::Slcan { bit_rate, data_bit_rate, listen_only } => {
-                // An adapter that was left open takes no bit rate; the empty line ends what it may have half read.
-                first.push(asphera_slcan::CR);
-                let commands = [Command::Close, Command::BitRate(*bit_rate)].into_iter();
-                let commands = commands.chain(data_bit_rate.map(Command::DataBitRate)).chain([
-                    Command::Timestamps(false),
-                    if *listen_only { Command::Listen } else { Command::Open },
-                ]);
-                commands.for_each(|command| command.encode(&mut first));
-                // Time stamps are off, so a line that has one is damaged.
-                let decoder = Decoder::expecting(Timestamps::Never);
-                Bus::Slcan(Adapter { decoder, refusals: 0, reads_fd })
+            Framing::Slcan { bit_rate, data_bit_rate, listen_only, timestamps } => {
+                let commands = adapter::commands(*bit_rate, *data_bit_rate, *timestamps);
+                first.extend(commands);
+                let open = if *listen_only { Command::Listen } else { Command::Open };
+                open.encode(&mut first);
+                Bus::Slcan(Adapter::new(reads_fd, *timestamps))
             }
         };
         (bus, first)
@@ -92,7 +78,7 @@ impl Bus {
     /// Bytes that wait for the end of their frame.
     pub(super) fn pending(&self) -> u64 {
         match self {
-            Bus::Slcan(adapter) => adapter.decoder.pending(),
+            Bus::Slcan(adapter) => adapter.pending(),
             Bus::Log(reader) => reader.pending(),
             Bus::Server { client, .. } => client.pending(),
             Bus::Absent | Bus::Records { .. } => 0,
@@ -104,6 +90,14 @@ impl Bus {
         match self {
             Bus::Log(reader) => Some(reader.summary()),
             _ => None,
+        }
+    }
+
+    /// Whether the source of the frames stamps them; `None` where that is not known yet.
+    pub(super) fn is_stamped(&self) -> Option<bool> {
+        match self {
+            Bus::Slcan(adapter) => adapter.is_stamped(),
+            Bus::Absent | Bus::Records { .. } | Bus::Log(_) | Bus::Server { .. } => None,
         }
     }
 
@@ -136,10 +130,15 @@ impl Bus {
         }
     }
 
-    /// Takes bytes off the front of `input` up to the next piece, or all of them if none ends in them.
+    /// Takes bytes, read now, off the front of `input` up to the next piece, or all of them if none ends in them.
     #[must_use]
-    pub(super) fn receive(&mut self, input: &mut &[u8]) -> Option<Piece> {
+    pub(super) fn receive(&mut self, now: Nanos, input: &mut &[u8]) -> Option<Piece> {
         loop {
+            if let Bus::Slcan(adapter) = self
+                && let Some(words) = adapter.take_words()
+            {
+                return Some(Piece::Trouble(words.to_owned()));
+            }
             if input.is_empty() {
                 return None;
             }
@@ -149,7 +148,7 @@ impl Bus {
                     Some(Piece::Discarded { bytes, why: None })
                 }
                 Bus::Records { reads_fd } => Some(record(input, *reads_fd)),
-                Bus::Slcan(adapter) => adapter.receive(input)?,
+                Bus::Slcan(adapter) => adapter.receive(now, input)?,
                 Bus::Log(reader) => Some(logged(reader.read(input)?)),
                 Bus::Server { client, .. } => Some(served(client.receive(input)?)),
             };
@@ -166,54 +165,22 @@ fn record(input: &mut &[u8], reads_fd: bool) -> Piece {
     let bytes = record.len() as u64;
     match CanFrame::from_record(record) {
         Ok(frame) if frame.fd().is_some() && !reads_fd => unread("the bus", bytes),
-        Ok(frame) => Piece::Frame(frame),
+        Ok(frame) => Piece::Frame(frame, None),
         Err(_) => Piece::Discarded { bytes, why: None },
     }
 }
 
 /// A CAN FD frame where no device reads one.
-fn unread(source: &str, bytes: u64) -> Piece {
+pub(super) fn unread(source: &str, bytes: u64) -> Piece {
     let why = format!(
         "{source} gave a CAN FD frame: drivers read classic frames alone, of up to 8 bytes, but for described with fd = true"
     );
     Piece::Discarded { bytes, why: Some(why) }
 }
 
-impl Adapter {
-    /// Content of the next line; outer `None` where no line ends in the input, inner where it says nothing.
-    #[expect(clippy::option_option, reason = "outer: no whole line; inner: one that says nothing")]
-    fn receive(&mut self, input: &mut &[u8]) -> Option<Option<Piece>> {
-        let before = self.decoder.pending() + input.len() as u64;
-        let item = self.decoder.decode(input)?;
-        // Nothing is pending behind a line.
-        let bytes = before - input.len() as u64;
-        Some(match item {
-            Item::Frame(frame, _) if frame.fd().is_some() && !self.reads_fd => {
-                Some(unread("the adapter", bytes))
-            }
-            Item::Frame(frame, _) => Some(Piece::Frame(frame)),
-            Item::Malformed { bytes } => Some(Piece::Discarded { bytes, why: None }),
-            Item::Error => {
-                self.refusals += 1;
-                let words = "the adapter refused a command or a frame";
-                (self.refusals > EXPECTED_REFUSALS).then(|| Piece::Trouble(words.to_owned()))
-            }
-            Item::Status(status) if !status.is_empty() => {
-                Some(Piece::Trouble(format!("the adapter reports {status:?}")))
-            }
-            Item::Status(_)
-            | Item::Ok
-            | Item::TransmitAck { .. }
-            | Item::Version { .. }
-            | Item::SerialNumber(_)
-            | Item::Command(_) => None,
-        })
-    }
-}
-
 fn logged(item: LogItem) -> Piece {
     match item {
-        LogItem::Frame(frame) => Piece::Frame(frame),
+        LogItem::Frame(frame) => Piece::Frame(frame, None),
         LogItem::BusError(error) => Piece::Trouble(format!("trouble on the bus: {error}")),
         LogItem::LeftOut { bytes, why } => Piece::Discarded { bytes, why: Some(why) },
     }
@@ -223,13 +190,10 @@ fn served(event: ServerEvent) -> Piece {
     match event {
         ServerEvent::Send(bytes) => Piece::Send(bytes),
         ServerEvent::Open => Piece::Open,
-        ServerEvent::Frame(frame) => Piece::Frame(frame),
+        ServerEvent::Frame(frame) => Piece::Frame(frame, None),
         ServerEvent::BusError(error) => Piece::Trouble(format!("trouble on the bus: {error}")),
         ServerEvent::Refused(words) => Piece::Trouble(words),
         ServerEvent::Failed(words) => Piece::Failed(words),
         ServerEvent::Discarded { bytes } => Piece::Discarded { bytes, why: None },
     }
 }
-
-/// An adapter that is closed already refuses to be closed, and some refuse the empty line before.
-const EXPECTED_REFUSALS: u64 = 2;

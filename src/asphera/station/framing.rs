@@ -22,6 +22,8 @@ pub enum Framing {
         data_bit_rate: Option<DataBitRate>,
         /// Whether the adapter neither acknowledges nor sends.
         listen_only: bool,
+        /// Whether the adapter is to stamp the frames with its time.
+        timestamps: bool,
     },
     /// CAN frames of the kernel, in records of 16 bytes, of CAN FD of 72.
     CanRecords,
@@ -62,9 +64,14 @@ impl Framing {
         )
     }
 
-    /// Clock by which receipts are timed, where it is not that of the station as it reads them.
+    /// Clock by which receipts are timed, where it is not that of the station as it reads them: `kernel`, or `adapter` for one that is
+    /// asked to stamp its frames. It may refuse.
     pub(crate) fn clock(&self) -> Option<&'static str> {
-        (*self == Framing::CanRecords).then_some("kernel")
+        match self {
+            Framing::CanRecords => Some("kernel"),
+            Framing::Slcan { timestamps: true, .. } => Some("adapter"),
+            _ => None,
+        }
     }
 
     /// Name of the bus among several behind one address.

@@ -30,6 +30,8 @@ pub struct Line {
     heard: Heard,
     /// How often bytes were discarded.
     discarded_runs: u64,
+    /// Newest time that the drivers were given.
+    given: Nanos,
 }
 
 struct Device {
@@ -104,6 +106,7 @@ impl Line {
             last_error: None,
             heard: Heard::default(),
             discarded_runs: 0,
+            given: Nanos::ZERO,
         }
     }
 
@@ -212,6 +215,7 @@ impl Line {
         self.epoch = Some(epoch);
         self.distrusted = false;
         self.figures.opened += 1;
+        self.given = now;
         self.heard = Heard::default();
         let reads_fd = self.devices.iter().any(|device| device.driver.reads_fd());
         let (bus, first) = Bus::opened(&self.framing, reads_fd, now);
@@ -297,9 +301,14 @@ impl Line {
 
     fn received_of_bus(&mut self, now: Nanos, bytes: &[u8], out: &mut Vec<Effect>) {
         let mut rest = bytes;
-        while let Some(piece) = self.bus.receive(&mut rest) {
+        while let Some(piece) = self.bus.receive(now, &mut rest) {
             match piece {
-                Piece::Frame(frame) => self.frame(now, &frame, out),
+                Piece::Frame(frame, stamped) => {
+                    // Drivers get times in order, whatever an adapter says.
+                    let at = stamped.map_or(now, |at| at.clamp(self.given.min(now), now));
+                    self.given = at;
+                    self.frame(at, &frame, out);
+                }
                 Piece::Discarded { bytes, why } => {
                     self.figures.discarded_bytes += bytes;
                     self.discarded_runs += 1;
@@ -312,6 +321,13 @@ impl Line {
                 Piece::Open => self.connect(now, out),
                 Piece::Failed(words) => self.fail(words, out),
             }
+        }
+        // An adapter may refuse on one connection and stamp on the next, as after an update.
+        if let Some(is_stamped) = self.bus.is_stamped()
+            && self.figures.clock.is_some() != is_stamped
+        {
+            let clock = self.framing.clock().filter(|_| is_stamped);
+            self.figures.clock = clock.map(str::to_owned);
         }
     }
 
@@ -333,6 +349,7 @@ impl Line {
     ) {
         let devices = self.devices.iter_mut().enumerate();
         for (_, device) in devices.filter(|(index, _)| Some(*index) != except) {
+            self.given = now;
             device.driver.command(now, command);
         }
         self.pump(out);
@@ -346,6 +363,7 @@ impl Line {
         command: Command,
         out: &mut Vec<Effect>,
     ) {
+        self.given = now;
         self.devices[device].driver.command(now, command);
         self.pump(out);
     }
@@ -358,6 +376,7 @@ impl Line {
         motion: &Motion,
         out: &mut Vec<Effect>,
     ) -> Result<(), MotionFailure> {
+        self.given = now;
         let result = self.devices[device].driver.motion(now, motion);
         self.pump(out);
         result
@@ -391,6 +410,7 @@ impl Line {
         }
         for device in self.devices.iter_mut().filter(|_| self.is_connected) {
             if device.driver.poll_timeout().is_some_and(|due| due <= now) {
+                self.given = now;
                 device.driver.timeout(now);
             }
         }

@@ -1,5 +1,6 @@
 //! One measuring station: links → drivers → synchronizer → kinematics → pipeline.
 
+mod adapter;
 mod assemble;
 mod bench;
 mod bus;

@@ -203,11 +203,25 @@ fn a_log_takes_nothing_and_says_at_its_end_what_was_left_out() {
 fn an_adapter_that_listens_only_is_opened_so() {
     let bit_rate = asphera_slcan::BitRate::from_bits_per_s(500_000).unwrap();
     let first = |listen_only| {
-        opened(&mut line(Framing::Slcan { bit_rate, data_bit_rate: None, listen_only }), 0, 1)
+        opened(
+            &mut line(Framing::Slcan {
+                bit_rate,
+                data_bit_rate: None,
+                listen_only,
+                timestamps: false,
+            }),
+            0,
+            1,
+        )
     };
     assert_eq!(first(true)[0], "send \rC\rS6\rZ0\rL\r");
     assert_eq!(first(false)[0], "send \rC\rS6\rZ0\rO\r");
-    let mut line = line(Framing::Slcan { bit_rate, data_bit_rate: None, listen_only: true });
+    let mut line = line(Framing::Slcan {
+        bit_rate,
+        data_bit_rate: None,
+        listen_only: true,
+        timestamps: false,
+    });
     opened(&mut line, 0, 1);
     assert_eq!(received(&mut line, 1, b"\r\r\r\rt185105\r"), ["reading Some(5.0)"]);
     assert!(received(&mut line, 2, b"b1851FF\r").is_empty());
@@ -227,7 +241,7 @@ fn fd_frames_go_to_those_that_read_them() {
     let records = [flexible.to_record(), classic.to_record()].concat();
     for (framing, bytes) in [
         (
-            Framing::Slcan { bit_rate, data_bit_rate, listen_only: false },
+            Framing::Slcan { bit_rate, data_bit_rate, listen_only: false, timestamps: false },
             format!("b1859{}\rt185105\r", "07".repeat(12)).into_bytes(),
         ),
         (Framing::CanRecords, records),
@@ -255,7 +269,48 @@ fn fd_frames_go_to_those_that_read_them() {
         assert!(classic.last_error().unwrap().contains("a CAN FD frame: drivers read classic"));
     }
     assert!(!Framing::Socketcand { bus: "can0".to_owned() }.carries_fd());
-    assert!(!Framing::Slcan { bit_rate, data_bit_rate: None, listen_only: false }.carries_fd());
+    assert!(
+        !Framing::Slcan { bit_rate, data_bit_rate: None, listen_only: false, timestamps: false }
+            .carries_fd()
+    );
+}
+
+/// Frames of an adapter that stamps them have their own times, in order, none later than its read. One that does not is said, and its frames
+/// have the times of their reads.
+#[test]
+fn stamps_of_an_adapter_are_the_times_of_its_frames() {
+    let bit_rate = asphera_slcan::BitRate::Kbps500;
+    let framing =
+        Framing::Slcan { bit_rate, data_bit_rate: None, listen_only: false, timestamps: true };
+    let times = |line: &mut Line, at_ms: u64, bytes: &[u8]| -> Vec<u64> {
+        let mut out = Vec::new();
+        line.received(Nanos::from_millis(at_ms), bytes, &mut out);
+        let time = |effect: &Effect| match effect {
+            // In 0.1 ms: the clock of an adapter may drift by less.
+            Effect::Reading { reading, .. } => Some(reading.host.as_nanos() / 100_000),
+            _ => None,
+        };
+        out.iter().filter_map(time).collect()
+    };
+    let mut stamping = line(framing.clone());
+    assert_eq!(opened(&mut stamping, 0, 1)[0], "send \rC\rS6\rZ1\rO\r");
+    let first = b"\r\x07\r\r\rt1851050000\rt1851050001\rt1851050002\r";
+    assert_eq!(times(&mut stamping, 100, first), [1000, 1000, 1000]);
+    assert_eq!(stamping.figures(&[]).clock.as_deref(), Some("adapter"));
+    // 3 frames wait in a buffer, one of them with a stamp before the frames that were read.
+    let late = b"t185105000A\rt185105EA5F\rt1851050014\r";
+    assert_eq!(times(&mut stamping, 130, late), [1080, 1080, 1180]);
+    assert_eq!(times(&mut stamping, 131, b"t185105\r"), [0; 0]);
+    assert_eq!(stamping.figures(&[]).discarded_bytes, 8, "a frame without its stamp is damaged");
+
+    let mut refusing = line(framing);
+    opened(&mut refusing, 0, 1);
+    let first = b"\x07\x07\r\x07\rt185105\rt185105\rt185105\r";
+    assert_eq!(times(&mut refusing, 100, first), [1000, 1000, 1000]);
+    assert_eq!(times(&mut refusing, 130, b"t185105\r"), [1300]);
+    let figures = refusing.figures(&[]);
+    assert_eq!((figures.clock, figures.discarded_bytes), (None, 0));
+    assert!(refusing.last_error().unwrap().contains("no time stamps: it refused Z1"));
 }
 
 /// A device whose readings are its bytes, but for the last that came: it is half a record.
