@@ -15,6 +15,7 @@
 
 mod backoff;
 mod canlog;
+mod certificates;
 mod datagrams;
 mod endpoint;
 mod files;

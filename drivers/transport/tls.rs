@@ -10,11 +10,12 @@ use tokio::net::TcpStream;
 use tokio::time::timeout;
 use tokio_rustls::TlsConnector;
 use tokio_rustls::client::TlsStream;
-use tokio_rustls::rustls::pki_types::pem::PemObject as _;
-use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName};
+use tokio_rustls::rustls::pki_types::ServerName;
 use tokio_rustls::rustls::{
     AlertDescription, CertificateError, ClientConfig, Error as RustlsError, RootCertStore, crypto,
 };
+
+use crate::certificates::{ISSUERS, certificates, unusable};
 
 /// How a server of TLS is known, and how it knows us.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -48,6 +49,18 @@ pub enum TlsError {
         expected: &'static str,
         /// What is wrong.
         found: String,
+    },
+    /// A certificate of a file is not valid now.
+    #[error(
+        "{path}: the certificate of {subject} {why}: renew it, and check the clock of this computer"
+    )]
+    Validity {
+        /// The file.
+        path: String,
+        /// Its name in the certificate.
+        subject: String,
+        /// What is wrong, with the date.
+        why: String,
     },
     /// The system trusts nobody.
     #[error("the system has no certificates of issuers: install ca-certificates, or set ca")]
@@ -91,18 +104,17 @@ pub(crate) async fn connect(
     })
 }
 
-fn client(settings: &TlsSettings) -> Result<ClientConfig, TlsError> {
+/// What a connection is made with, of files that are read now.
+pub(crate) fn client(settings: &TlsSettings) -> Result<ClientConfig, TlsError> {
     let provider = Arc::new(crypto::ring::default_provider());
     let builder = ClientConfig::builder_with_provider(provider)
         .with_safe_default_protocol_versions()
         .map_err(TlsError::Setup)?
         .with_root_certificates(roots(settings.ca.as_deref())?);
-    let Some(own) = &settings.client else { return Ok(builder.with_no_client_auth()) };
-    let chain = certificates(&own.certificate, "the certificate of this client")?;
-    let expected = "its private key, not encrypted";
-    let key = PrivateKeyDer::from_pem_file(&own.key)
-        .map_err(|error| unusable(&own.key, expected, &error))?;
-    builder.with_client_auth_cert(chain, key).map_err(TlsError::Client)
+    match settings.identity()? {
+        Some((chain, key)) => builder.with_client_auth_cert(chain, key).map_err(TlsError::Client),
+        None => Ok(builder.with_no_client_auth()),
+    }
 }
 
 /// Issuers that are trusted.
@@ -113,28 +125,10 @@ fn roots(ca: Option<&Path>) -> Result<RootCertStore, TlsError> {
         roots.add_parsable_certificates(rustls_native_certs::load_native_certs().certs);
         return if roots.is_empty() { Err(TlsError::NoRoots) } else { Ok(roots) };
     };
-    let expected = "certificates of issuers";
-    for certificate in certificates(ca, expected)? {
-        roots.add(certificate).map_err(|error| unusable(ca, expected, &error))?;
+    for certificate in certificates(ca, ISSUERS)? {
+        roots.add(certificate).map_err(|error| unusable(ca, ISSUERS, &error))?;
     }
     Ok(roots)
-}
-
-/// All certificates of a file, at least one.
-fn certificates(
-    path: &Path,
-    expected: &'static str,
-) -> Result<Vec<CertificateDer<'static>>, TlsError> {
-    let all: Result<Vec<_>, _> = CertificateDer::pem_file_iter(path).and_then(Iterator::collect);
-    let all = all.map_err(|error| unusable(path, expected, &error))?;
-    if all.is_empty() {
-        return Err(unusable(path, expected, &"no certificate in it"));
-    }
-    Ok(all)
-}
-
-fn unusable(path: &Path, expected: &'static str, found: &impl ToString) -> TlsError {
-    TlsError::File { path: path.display().to_string(), expected, found: found.to_string() }
 }
 
 /// Cure of a failure of TLS, in words for a person; `None` where the error is of another kind.

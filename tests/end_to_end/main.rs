@@ -49,6 +49,7 @@ mod soak;
 mod space;
 mod stopping;
 mod terminal;
+mod tls;
 mod tray;
 mod twice;
 mod unknown;

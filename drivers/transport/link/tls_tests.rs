@@ -320,3 +320,42 @@ async fn openssl_is_understood() {
 fn skipped(why: &str) {
     eprintln!("skipped: {why}");
 }
+
+/// Files that a check can find out, each by its name: missing, no PEM, another PEM, expired, not valid yet, a foreign key.
+#[test]
+fn a_check_names_files_that_cannot_be_used() {
+    let authority = Authority::new("plant");
+    let folder = authority.folder.path().to_owned();
+    // 2026-11-27.
+    let now_s = 1_795_737_600;
+    let words = |tls: &TlsSettings| -> Vec<String> {
+        tls.file_problems(now_s).iter().map(ToString::to_string).collect()
+    };
+    assert!(words(&TlsSettings::default()).is_empty());
+    assert!(words(&authority.trusted()).is_empty());
+    std::fs::write(folder.join("text.pem"), "no certificate\n").unwrap();
+    let expired = authority.issue("old", |params| params.not_after = date_time_ymd(2025, 3, 1));
+    let early = authority.issue("early", |params| params.not_before = date_time_ymd(2027, 1, 2));
+    let fine = authority.issue("fine", |_| ());
+    let client = |certificate: &Path, key: &Path| {
+        let (certificate, key) = (certificate.to_owned(), key.to_owned());
+        let client = Some(ClientCertificate { certificate, key });
+        TlsSettings { client, ..authority.trusted() }
+    };
+    assert!(words(&client(&fine.certificate, &fine.key)).is_empty());
+    let missing = TlsSettings { ca: Some(folder.join("missing.pem")), ..TlsSettings::default() };
+    let text = TlsSettings { ca: Some(folder.join("text.pem")), ..TlsSettings::default() };
+    for (tls, file, found) in [
+        (missing, "missing.pem", "No such file"),
+        (text, "text.pem", "no certificate in it"),
+        (client(&expired.certificate, &expired.key), "old.pem", "expired on Mar  1"),
+        (client(&early.certificate, &early.key), "early.pem", "is not valid before Jan  2"),
+        (client(&fine.certificate, &folder.join("none.key")), "none.key", "No such file"),
+        (client(&fine.certificate, &fine.certificate), "fine.pem", "its private key"),
+        (client(&fine.certificate, &expired.key), "", "cannot be used together"),
+    ] {
+        let words = words(&tls);
+        let [words] = &words[..] else { panic!("{file}: {words:?}") };
+        assert!(words.contains(file) && words.contains(found), "{file}: {words}");
+    }
+}
