@@ -8,16 +8,22 @@
 
 #![forbid(unsafe_code)]
 
+mod connection;
 mod example;
 mod frame;
+mod gauges;
 mod number;
+mod opto;
 mod played;
 mod port;
 mod probe;
+mod profiler;
 mod registers;
+mod rf60x;
 mod scanner;
 mod showing;
 mod sight;
+mod signals;
 mod stand;
 mod transducers;
 mod voice;

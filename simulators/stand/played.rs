@@ -6,9 +6,12 @@ use std::net::SocketAddr;
 use asphera_chrocodile as chrocodile;
 use asphera_cia406 as cia406;
 use asphera_described as described;
+use asphera_keyence as keyence;
 use asphera_link::{Channel, DeviceSettings, Unit};
 use asphera_modbus as modbus;
+use asphera_optoncdt as optoncdt;
 use asphera_rf627 as rf627;
+use asphera_riftek as riftek;
 use asphera_scpi as scpi;
 use asphera_zaber as zaber;
 use thiserror::Error;
@@ -16,7 +19,8 @@ use thiserror::Error;
 use crate::frame::Frames;
 use crate::probe::{self, Protocol};
 use crate::sight::Sight;
-use crate::{registers, scanner, transducers};
+use crate::signals::Signals;
+use crate::{opto, profiler, registers, rf60x, scanner, transducers};
 
 /// A device that can be simulated.
 #[derive(Clone, Debug)]
@@ -34,6 +38,14 @@ pub(crate) enum Kind {
     Voice(Box<Frames>),
     /// A node of a CAN bus.
     Transducer(cia406::Settings),
+    /// A device on a CAN bus that no profile describes.
+    Gauge(Box<Signals>),
+    /// A laser sensor that sends blocks.
+    Blocks(optoncdt::Settings),
+    /// A laser sensor with a stream, or answers.
+    Results(riftek::Settings),
+    /// A laser profiler with two ports.
+    Profiler(keyence::Settings),
     /// A chromatic probe.
     Probe(Protocol),
     /// Modbus.
@@ -88,7 +100,10 @@ impl Instrument {
             Kind::Transducer(settings) => transducers::shown(settings, value),
             Kind::Probe(_) => self.channels.get(channel).map_or(value, |c| probe::shown(c, value)),
             Kind::Registers(settings) => registers::shown(settings, channel, value),
-            Kind::Scanner(_) => value.round(),
+            Kind::Gauge(signals) => signals.shown(channel, value),
+            Kind::Blocks(settings) => opto::shown(settings, channel, value),
+            Kind::Results(settings) => rf60x::shown(settings, value),
+            Kind::Scanner(_) | Kind::Profiler(_) => value.round(),
         }
     }
 
@@ -97,7 +112,8 @@ impl Instrument {
         match &self.kind {
             Kind::Probe(protocol) => protocol.pitch_mm(),
             Kind::Scanner(_) => Some(scanner::pitch_mm()),
-            Kind::Voice(_) | Kind::Transducer(_) | Kind::Registers(_) => None,
+            Kind::Profiler(_) => Some(profiler::pitch_mm()),
+            _ => None,
         }
     }
 
@@ -106,7 +122,8 @@ impl Instrument {
         match &self.kind {
             Kind::Probe(protocol) => protocol.pitch_mm().map(|_| protocol.range_mm()),
             Kind::Scanner(_) => Some(scanner::range_mm()),
-            Kind::Voice(_) | Kind::Transducer(_) | Kind::Registers(_) => None,
+            Kind::Profiler(_) => Some(profiler::range_mm()),
+            _ => None,
         }
     }
 
@@ -114,10 +131,18 @@ impl Instrument {
     pub fn range(&self, channel: usize) -> Option<(f64, f64)> {
         match &self.kind {
             Kind::Voice(frames) => frames.range(channel),
-            Kind::Transducer(_) | Kind::Scanner(_) => None,
+            Kind::Transducer(_) | Kind::Scanner(_) | Kind::Profiler(_) => None,
+            Kind::Gauge(signals) => signals.range(channel),
+            Kind::Blocks(settings) => opto::range(settings, channel),
+            Kind::Results(settings) => Some(rf60x::range(settings)),
             Kind::Probe(protocol) => protocol.range(self.channels.get(channel)?),
             Kind::Registers(settings) => registers::range(settings, channel),
         }
+    }
+
+    /// Whether it sends CAN FD frames.
+    pub(crate) fn sends_fd(&self) -> bool {
+        matches!(&self.kind, Kind::Gauge(signals) if signals.settings().fd)
     }
 
     /// The value of a channel that nothing moves, in its unit: a room at 20 °C, the middle of a range, else 0.
@@ -154,6 +179,18 @@ fn kind(settings: &dyn DeviceSettings) -> Result<Kind, String> {
     }
     if let Some(settings) = any.downcast_ref::<rf627::Settings>() {
         return Ok(Kind::Scanner(settings.clone()));
+    }
+    if let Some(settings) = any.downcast_ref::<described::CanSettings>() {
+        return Ok(Kind::Gauge(Box::new(Signals::new(settings.clone()))));
+    }
+    if let Some(settings) = any.downcast_ref::<optoncdt::Settings>() {
+        return Ok(Kind::Blocks(settings.clone()));
+    }
+    if let Some(settings) = any.downcast_ref::<riftek::Settings>() {
+        return Ok(Kind::Results(settings.clone()));
+    }
+    if let Some(settings) = any.downcast_ref::<keyence::Settings>() {
+        return Ok(Kind::Profiler(settings.clone()));
     }
     let dollar = any.downcast_ref::<chrocodile::Settings>().cloned().map(Protocol::Dollar);
     let packets =

@@ -12,9 +12,14 @@ use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep, sleep_until};
 
+use crate::connection;
+use crate::gauges::Gauges;
+use crate::opto::Opto;
 use crate::played::{Instrument, Kind, Played};
 use crate::probe::Probe;
+use crate::profiler::Profiler;
 use crate::registers;
+use crate::rf60x::Rf60x;
 use crate::scanner::Scanner;
 use crate::showing::Showing;
 use crate::transducers::Transducers;
@@ -27,10 +32,14 @@ pub struct Listing {
     pub link: usize,
     /// Names of its devices.
     pub devices: Vec<String>,
-    /// Kind of link: `tcp` or `slcan-tcp`, which has to lead to the address; or `udp`, whose station listens there already.
+    /// Kind of link: `tcp`, `tcp-pair` or `slcan-tcp`, which has to lead to the address; or `udp`, whose station listens there already.
     pub kind: &'static str,
     /// Its port.
     pub address: SocketAddr,
+    /// The second port of a `tcp-pair`, at the same host.
+    pub second_port: Option<u16>,
+    /// Whether a device of the bus sends CAN FD.
+    pub sends_fd: bool,
 }
 
 /// Why there is no stand.
@@ -58,6 +67,10 @@ enum Line {
     Bus(Arc<Transducers>),
     Probe(Arc<Probe>),
     Scanner(Arc<Scanner>),
+    Opto(Arc<Opto>),
+    Rf60x(Arc<Rf60x>),
+    /// With its second port.
+    Profiler(Arc<Profiler>, u16),
     /// It is asked, whatever the trigger does.
     Registers,
 }
@@ -90,12 +103,14 @@ impl Stand {
             let own = port.local_addr()?;
             let line =
                 open(&there, port, &showing, &mut tasks)?.ok_or(StandError::Devices(link))?;
-            let (kind, address) = match line {
-                Line::Bus(_) => ("slcan-tcp", own),
-                Line::Scanner(_) => ("udp", listens.unwrap_or(own)),
-                Line::Voice(_) | Line::Probe(_) | Line::Registers => ("tcp", own),
+            let (kind, address, second_port) = match line {
+                Line::Bus(_) => ("slcan-tcp", own, None),
+                Line::Scanner(_) => ("udp", listens.unwrap_or(own), None),
+                Line::Profiler(_, second_port) => ("tcp-pair", own, Some(second_port)),
+                _ => ("tcp", own, None),
             };
-            listings.push(Listing { link, devices, kind, address });
+            let sends_fd = there.iter().any(|(_, played)| played.instrument.sends_fd());
+            listings.push(Listing { link, devices, kind, address, second_port, sends_fd });
             lines.push(line);
         }
         let (count, scans) = watch::channel(0);
@@ -141,22 +156,41 @@ fn open(
     let Some((device, first)) = there.first().copied() else { return Ok(None) };
     let Played { instrument: Instrument { channels, kind, .. }, sight, listen, .. } = first;
     Ok(Some(match kind {
-        Kind::Transducer(_) => {
-            let node = |(device, played): &(usize, &Played)| match &played.instrument.kind {
-                Kind::Transducer(settings) => Some((*device, settings.clone())),
-                _ => None,
-            };
-            let nodes: Option<Vec<_>> = there.iter().map(node).collect();
-            let Some(bus) = nodes.and_then(Transducers::new).map(Arc::new) else {
-                return Ok(None);
-            };
+        Kind::Transducer(_) | Kind::Gauge(_) => {
+            let Some(bus) = bus(there, showing).map(Arc::new) else { return Ok(None) };
             tasks.spawn(bus.clone().serve(port));
             Line::Bus(bus)
+        }
+        Kind::Blocks(settings) => {
+            let (sensor, queue) = Opto::new(device, settings);
+            let sensor = Arc::new(sensor);
+            let serving = sensor.clone();
+            tasks.spawn(async move { connection::serve(&*serving, port, queue).await });
+            Line::Opto(sensor)
+        }
+        Kind::Results(settings) => {
+            let (sensor, queue) = Rf60x::new(device, settings, showing.clone());
+            let (serving, repeating) = (sensor.clone(), sensor.clone());
+            tasks.spawn(async move { connection::serve(&*serving, port, queue).await });
+            tasks.spawn(async move { repeating.repeat().await });
+            Line::Rf60x(sensor)
+        }
+        Kind::Profiler(settings) => {
+            let Some(sight) = sight.clone() else { return Ok(None) };
+            let streams = std::net::TcpListener::bind((port.local_addr()?.ip(), 0))?;
+            streams.set_nonblocking(true)?;
+            let streams = TcpListener::from_std(streams)?;
+            let second_port = streams.local_addr()?.port();
+            let (profiler, queue) = Profiler::new(device, settings, channels, sight);
+            let profiler = Arc::new(profiler);
+            let serving = profiler.clone();
+            tasks.spawn(async move { serving.serve(port, streams, queue).await });
+            Line::Profiler(profiler, second_port)
         }
         Kind::Voice(frames) => {
             let (voice, queue) = Voice::new(device, (**frames).clone(), showing.clone());
             let serving = voice.clone();
-            tasks.spawn(async move { serving.serve(port, queue).await });
+            tasks.spawn(async move { connection::serve(&*serving, port, queue).await });
             Line::Voice(voice)
         }
         Kind::Probe(protocol) => {
@@ -180,11 +214,26 @@ fn open(
     }))
 }
 
+/// The bus of the devices of one link. `None`: they do not fit together.
+fn bus(there: &[(usize, &Played)], showing: &Arc<Showing>) -> Option<Transducers> {
+    let (mut nodes, mut gauges) = (Vec::new(), Vec::new());
+    for (device, played) in there {
+        match &played.instrument.kind {
+            Kind::Transducer(settings) => nodes.push((*device, settings.clone())),
+            Kind::Gauge(signals) => gauges.push((*device, (**signals).clone())),
+            _ => return None,
+        }
+    }
+    Transducers::new(nodes, Gauges::new(gauges, showing.clone()))
+}
+
 impl Line {
     fn is_triggered(&self) -> bool {
         match self {
             Line::Voice(voice) => voice.is_triggered(),
-            Line::Bus(_) | Line::Probe(_) | Line::Scanner(_) => true,
+            Line::Bus(bus) => bus.is_triggered(),
+            Line::Rf60x(sensor) => sensor.is_triggered(),
+            Line::Probe(_) | Line::Scanner(_) | Line::Opto(_) | Line::Profiler(..) => true,
             Line::Registers => false,
         }
     }
@@ -195,6 +244,9 @@ impl Line {
             Line::Bus(bus) => bus.is_armed(),
             Line::Probe(probe) => probe.is_armed(),
             Line::Scanner(scanner) => scanner.is_armed(),
+            Line::Opto(sensor) => sensor.is_armed(),
+            Line::Rf60x(sensor) => sensor.is_armed(),
+            Line::Profiler(profiler, _) => profiler.is_armed(),
             Line::Registers => true,
         }
     }
@@ -205,6 +257,9 @@ impl Line {
             Line::Bus(bus) => bus.trigger(trigger, showing).await,
             Line::Probe(probe) => probe.trigger(trigger, showing).await,
             Line::Scanner(scanner) => scanner.trigger(trigger, showing),
+            Line::Opto(sensor) => sensor.trigger(trigger, showing).await,
+            Line::Rf60x(sensor) => sensor.trigger(trigger).await,
+            Line::Profiler(profiler, _) => profiler.trigger(trigger, showing).await,
             Line::Registers => {}
         }
     }

@@ -1,4 +1,4 @@
-//! Transducers after CiA 406 on one bus, behind an slcan adapter at a TCP port.
+//! A CAN bus behind an slcan adapter at a TCP port: transducers after CiA 406, and described devices.
 
 use asphera_cia406::wire::object;
 use asphera_cia406::{Kind, PositionObject, Settings, Transmission};
@@ -7,6 +7,7 @@ use tokio::net::TcpListener;
 
 use std::sync::Arc;
 
+use crate::gauges::Gauges;
 use crate::port::next_host;
 use crate::showing::Showing;
 
@@ -50,15 +51,17 @@ fn counts(settings: &Settings, value: f64) -> i32 {
     (value / step(settings)).round() as i32
 }
 
-/// The bus of these nodes, each with its number among the devices.
+/// A bus: transducers with their numbers among the devices, and the other devices on it.
 pub(crate) struct Transducers {
     simulator: Simulator,
     nodes: Vec<(usize, Settings)>,
+    gauges: Arc<Gauges>,
 }
 
 impl Transducers {
-    /// Puts the nodes on a bus; `None` where two have one number.
-    pub(crate) fn new(nodes: Vec<(usize, Settings)>) -> Option<Transducers> {
+    /// Puts the devices on a bus; `None` where two nodes have one number.
+    pub(crate) fn new(nodes: Vec<(usize, Settings)>, gauges: Gauges) -> Option<Transducers> {
+        let gauges = Arc::new(gauges);
         let config = |(_, settings): &(usize, Settings)| NodeConfig {
             node_id: settings.node_id,
             vendor_id: settings.vendor_id.unwrap_or(NodeConfig::default().vendor_id),
@@ -70,15 +73,32 @@ impl Transducers {
             ..NodeConfig::default()
         };
         let bus = Bus::new(nodes.iter().map(config).collect()).ok()?;
-        Some(Transducers { simulator: Simulator::new(bus), nodes })
+        let simulator = Simulator::with_participant(bus, gauges.clone());
+        Some(Transducers { simulator, nodes, gauges })
+    }
+
+    /// Whether something on the bus sends by itself.
+    pub(crate) fn is_triggered(&self) -> bool {
+        !self.nodes.is_empty() || self.gauges.is_any_triggered()
     }
 
     pub(crate) fn is_armed(&self) -> bool {
-        self.simulator.armed()
+        self.simulator.is_open() && self.simulator.armed() && self.gauges.are_armed()
     }
 
-    /// One SYNC with the positions of all nodes after it. What nobody hears is lost, as on a real bus.
+    /// One SYNC with the positions of all nodes after it, where there are nodes; then the frames of the other devices. What nobody hears
+    /// is lost, as on a real bus.
     pub(crate) async fn trigger(&self, trigger: u64, showing: &Showing) {
+        if !self.nodes.is_empty() {
+            self.sync(trigger, showing).await;
+        }
+        let frames = self.gauges.frames(trigger);
+        if !frames.is_empty() {
+            let _delivery = self.simulator.transmit(&frames).await;
+        }
+    }
+
+    async fn sync(&self, trigger: u64, showing: &Showing) {
         let position = |(device, settings): &(usize, Settings)| {
             counts(settings, showing.at(*device, trigger).first().copied().unwrap_or(0.0))
         };

@@ -1,15 +1,12 @@
 //! A described device at work: what it answers, and what it sends by itself.
 
-use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
-use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::mpsc;
 
+use crate::connection::{QUEUE, Talker};
 use crate::example::Example;
 use crate::frame::{Frames, Moment};
-use crate::port::next_host;
 use crate::showing::Showing;
 
 /// A device that several tasks share.
@@ -86,25 +83,6 @@ impl Voice {
         self.frames.bytes(&Moment { trigger, clock_s: self.showing.clock_s(), values })
     }
 
-    /// Takes bytes of the host and gives the answers.
-    fn hear(&self, bytes: &[u8]) -> Vec<u8> {
-        let mut heard = std::mem::take(&mut self.host().heard);
-        heard.extend_from_slice(bytes);
-        let (mut at, mut answers) = (0, Vec::new());
-        while at < heard.len() {
-            match self.saying(&heard[at..]) {
-                Some((len, saying)) => {
-                    answers.extend(self.answer(saying));
-                    at += len;
-                }
-                None if self.may_begin(&heard[at..]) => break,
-                None => at += 1,
-            }
-        }
-        self.host().heard = heard.split_off(at);
-        answers
-    }
-
     /// The longest saying with which these bytes begin.
     fn saying(&self, bytes: &[u8]) -> Option<(usize, Saying)> {
         let begins = |(words, _): &(&[u8], Saying)| !words.is_empty() && bytes.starts_with(words);
@@ -157,46 +135,36 @@ impl Voice {
         }
     }
 
-    /// Serves one host after the other. What is sent to nobody is lost.
-    pub(crate) async fn serve(&self, port: TcpListener, mut queue: mpsc::Receiver<Vec<u8>>) {
-        loop {
-            let host = tokio::select! {
-                host = next_host(&port) => host,
-                Some(_) = queue.recv() => continue,
-            };
-            let Some(stream) = host else { return };
-            *self.host() = Host { is_there: true, ..Host::default() };
-            // A host that goes away in the middle of a frame is no trouble of the device.
-            drop(self.talk(stream, &mut queue).await);
-            *self.host() = Host::default();
-        }
-    }
-
-    async fn talk(
-        &self,
-        mut stream: TcpStream,
-        queue: &mut mpsc::Receiver<Vec<u8>>,
-    ) -> io::Result<()> {
-        let mut buffer = [0; 1024];
-        loop {
-            tokio::select! {
-                read = stream.read(&mut buffer) => match read? {
-                    0 => return Ok(()),
-                    len => {
-                        let answers = self.hear(&buffer[..len]);
-                        stream.write_all(&answers).await?;
-                    }
-                },
-                Some(frame) = queue.recv() => stream.write_all(&frame).await?,
-            }
-        }
-    }
-
     fn host(&self) -> MutexGuard<'_, Host> {
         // Whoever panicked left whole values.
         self.host.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Frames that may wait for a host that does not read.
-const QUEUE: usize = 64;
+impl Talker for Voice {
+    fn connected(&self) {
+        *self.host() = Host { is_there: true, ..Host::default() };
+    }
+
+    fn hear(&self, bytes: &[u8]) -> Vec<u8> {
+        let mut heard = std::mem::take(&mut self.host().heard);
+        heard.extend_from_slice(bytes);
+        let (mut at, mut answers) = (0, Vec::new());
+        while at < heard.len() {
+            match self.saying(&heard[at..]) {
+                Some((len, saying)) => {
+                    answers.extend(self.answer(saying));
+                    at += len;
+                }
+                None if self.may_begin(&heard[at..]) => break,
+                None => at += 1,
+            }
+        }
+        self.host().heard = heard.split_off(at);
+        answers
+    }
+
+    fn disconnected(&self) {
+        *self.host() = Host::default();
+    }
+}

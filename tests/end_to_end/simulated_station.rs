@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-use asphera_tests::{Running, asphera, count, json_file, number, recording, root};
+use asphera_tests::{Running, asphera, count, json, json_file, number, recording, root, run};
 use serde_json::Value;
+
+use crate::demo::timeless;
 
 /// A configuration with its files beside it, for a test of its own: another folder for the recordings, another port for the page.
 fn configuration(folder: &Path, name: &str) -> PathBuf {
@@ -16,7 +18,7 @@ fn configuration(folder: &Path, name: &str) -> PathBuf {
     document["session"]["dir"] = toml_edit::value(recordings);
     document["publish"]["listen"] = toml_edit::value("127.0.0.1:0");
     document["station"]["autostart"] = toml_edit::value(true);
-    document["scan"]["idle_s"] = toml_edit::value(2.0);
+    document["scan"]["idle_s"] = toml_edit::value(idle_s(name));
     let files: toml_edit::Array = ["report.json"].into_iter().collect();
     document["output"]["files"] = toml_edit::value(files);
     let links = document["link"].as_table_like_mut().unwrap();
@@ -34,24 +36,65 @@ fn configuration(folder: &Path, name: &str) -> PathBuf {
     path
 }
 
+/// Silence after which a scan is over. A companion that is silent before the scan lets the primary wait for 5 s.
+fn idle_s(name: &str) -> f64 {
+    if name.ends_with("can-transducers.toml") { 7.0 } else { 2.0 }
+}
+
+/// The simulated devices of a configuration.
+pub(crate) struct Simulated {
+    name: String,
+    folder: tempfile::TempDir,
+    _devices: Running,
+}
+
+impl Simulated {
+    /// Simulates the devices of a configuration of this repository.
+    pub(crate) fn start(name: &str, options: &[&str]) -> Simulated {
+        let folder = tempfile::tempdir().unwrap();
+        let mine = configuration(folder.path(), name);
+        let mut simulate = Command::new(asphera());
+        simulate.arg("simulate").arg(&mine).arg("--station").arg(folder.path().join("try.toml"));
+        let mut devices = Running::start(simulate.args(options));
+        devices.line("simulating", Duration::from_secs(60));
+        Simulated { name: name.to_owned(), folder, _devices: devices }
+    }
+
+    /// The configuration of a station that measures them.
+    pub(crate) fn station(&self) -> PathBuf {
+        self.folder.path().join("try.toml")
+    }
+
+    /// Changes that configuration.
+    pub(crate) fn change(&self, change: impl FnOnce(&mut toml_edit::DocumentMut)) {
+        let text = std::fs::read_to_string(self.station()).unwrap();
+        let mut document = text.parse().unwrap();
+        change(&mut document);
+        std::fs::write(self.station(), document.to_string()).unwrap();
+    }
+
+    /// Measures once: exit code and report.
+    pub(crate) fn measure(&self) -> (i32, Value) {
+        let mut run = Command::new(asphera());
+        run.args(["run", "--once", "--config"]).arg(self.station());
+        let output = Running::start(&mut run).wait(Duration::from_secs(240));
+        let code = output.status.code().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!([0, 10, 11].contains(&code), "{}: {said}", self.name);
+        let report = self.session().join("report.json");
+        assert!(report.exists(), "{}: {said}", self.name);
+        (code, json_file(&report))
+    }
+
+    /// Folder of the one session that was measured.
+    pub(crate) fn session(&self) -> PathBuf {
+        recording(&self.folder.path().join("recordings"))
+    }
+}
+
 /// Simulates the devices of a configuration and measures once: exit code and report.
 fn tried(name: &str, options: &[&str]) -> (i32, Value) {
-    let folder = tempfile::tempdir().unwrap();
-    let mine = configuration(folder.path(), name);
-    let there = folder.path().join("try.toml");
-    let mut simulate = Command::new(asphera());
-    simulate.arg("simulate").arg(&mine).arg("--station").arg(&there).args(options);
-    let mut simulating = Running::start(&mut simulate);
-    simulating.line("simulating", Duration::from_secs(60));
-    let running =
-        Running::start(Command::new(asphera()).args(["run", "--once", "--config"]).arg(&there));
-    let output = running.wait(Duration::from_secs(240));
-    let code = output.status.code().unwrap();
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!([0, 10, 11].contains(&code), "{name}: {said}");
-    let report = recording(&folder.path().join("recordings")).join("report.json");
-    assert!(report.exists(), "{name}: {said}");
-    (code, json_file(&report))
+    Simulated::start(name, options).measure()
 }
 
 /// The figures of a flawless part are those of rounding alone: what its devices cannot show, and nothing else.
@@ -108,12 +151,76 @@ fn line_scanners_are_played_too() {
     }
 }
 
+/// Laser sensors by count and by time, and a laser profiler on two ports: each example runs to its verdict, a flawless part shows the
+/// steps of its sensor, and a form error is found.
+#[test]
+fn laser_sensors_and_profilers_are_played() {
+    for (name, points, step_nm, places_nm) in [
+        // 10.2 mm in 65520 steps.
+        ("config/examples/laser-sensor.toml", "4000", 156.0, 0.0),
+        // 10 mm in 16384 steps. Places come by time: 50 µm on a slope of some 1e-3 are 50 nm.
+        ("config/examples/laser-sensor-by-time.toml", "300", 611.0, 50.0),
+        // 0.08 µm.
+        ("config/examples/laser-profiler.toml", "4000", 80.0, 0.0),
+    ] {
+        found(name, points, step_nm, places_nm);
+    }
+}
+
+/// Two described transducers on a CAN bus, one with CAN FD.
+#[test]
+fn transducers_on_a_bus_are_played() {
+    // 0.1 µm.
+    found("config/examples/can-transducers.toml", "7000", 100.0, 0.0);
+}
+
+/// Measures an example twice, without and with form error.
+fn found(name: &str, points: &str, step_nm: f64, places_nm: f64) {
+    let flawless = ["--form-nm", "0", "--noise-nm", "0", "--points", points];
+    let (_, report) = tried(name, &flawless);
+    let pv_nm = number(&report, "/form/deviation/pv_nm");
+    // Rounding is half a step either way, and the fit may follow some of it.
+    let steps_nm = 1.5 * step_nm + places_nm;
+    assert!(pv_nm <= steps_nm, "{name}: {pv_nm} nm");
+    let bent =
+        Simulated::start(name, &["--form-nm", "9000", "--noise-nm", "0", "--points", points]);
+    let (code, report) = bent.measure();
+    let pv_nm = number(&report, "/form/deviation/pv_nm");
+    // The fit takes a share of the form error: piston and tilts, or the centre of the sphere.
+    assert!((5000.0..=9000.0 + steps_nm).contains(&pv_nm), "{name}: {pv_nm} nm");
+    // What is allowed: 250 nm on the bus, 12 µm and more elsewhere.
+    let expected = if name.ends_with("can-transducers.toml") { 10 } else { 0 };
+    assert_eq!(code, expected, "{name}: {}", report["verdict"]);
+    let session = bent.session();
+    let replayed = json(&run(["replay".as_ref(), session.as_os_str(), "--json".as_ref()]));
+    assert_eq!(timeless(replayed), timeless(report), "{name}: a replay gives the same");
+}
+
+/// An adapter that stamps its frames gives readings their times, and a replay has the same ones.
+#[test]
+fn an_adapter_may_stamp_the_frames() {
+    let name = "config/examples/can-transducers.toml";
+    let options = ["--form-nm", "100", "--noise-nm", "0", "--points", "7000"];
+    let simulated = Simulated::start(name, &options);
+    simulated.change(|station| station["link"]["bus"]["timestamps"] = toml_edit::value(true));
+    let checked = run(["check".as_ref(), "--config".as_ref(), simulated.station().as_os_str()]);
+    let words = String::from_utf8_lossy(&checked.stdout).into_owned();
+    assert!(words.contains("clock: adapter, which stamps each frame"), "{words}");
+    let (_, report) = simulated.measure();
+    assert_eq!(report["links"][0]["clock"], "adapter", "{:#}", report["links"]);
+    assert_eq!(count(&report, "/links/0/discarded_bytes"), 0);
+    assert!(count(&report, "/points/used") > 6900, "{:#}", report["points"]);
+    let session = simulated.session();
+    let replayed = json(&run(["replay".as_ref(), session.as_os_str(), "--json".as_ref()]));
+    assert_eq!(timeless(replayed), timeless(report));
+}
+
 /// What cannot be simulated is said with the device's name and what would do.
 #[test]
 fn what_cannot_be_played_is_named() {
     for (name, words) in [
         ("config/examples/closed-loop.toml", "moves its devices itself"),
-        ("config/examples/laser-profiler.toml", "device profiler"),
+        ("config/examples/tilting-probe.toml", "a probe that tilts"),
     ] {
         let output =
             Command::new(asphera()).arg("simulate").arg(root().join(name)).output().unwrap();

@@ -3,6 +3,7 @@
 mod links;
 mod path;
 mod playback;
+mod silence;
 mod station;
 
 use std::path::{Path, PathBuf};

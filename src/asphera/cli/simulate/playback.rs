@@ -17,7 +17,7 @@ use toml_edit::DocumentMut;
 use super::super::Speed;
 use super::super::output::{Failure, say};
 use super::super::source::session_at;
-use super::links::lead;
+use super::links::{Lead, lead};
 use crate::config::Config;
 use crate::session::{Session, What};
 
@@ -82,7 +82,7 @@ impl Playback {
     pub(super) fn station_toml(&self) -> Result<String, Failure> {
         let mut document: DocumentMut = self.config.parse()?;
         for link in &self.links {
-            lead(&mut document, &link.name, link.kind, link.address);
+            lead(&mut document, &link.name, Lead::plain(link.kind, link.address));
         }
         Ok(document.to_string())
     }

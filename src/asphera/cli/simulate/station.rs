@@ -11,7 +11,8 @@ use toml_edit::{DocumentMut, Item, value};
 use super::super::exit::Exit;
 use super::super::output::{Failure, print, say};
 use super::super::serve::interrupted;
-use super::links::lead;
+use super::links::{Lead, lead};
+use super::silence::allow_silence;
 use crate::config::Config;
 use courses::{Scan, scan};
 
@@ -55,13 +56,22 @@ pub(super) async fn simulate(
     for left_out in flawless(&mut text) {
         say(&format!("The simulated machine has no errors: {left_out} is left out"));
     }
+    for changed in allow_silence(&mut text) {
+        say(&format!("Simulated devices are silent after the scan: {changed} is left out"));
+    }
     let mut stand = Stand::start(scan.played, rate_hz).await?;
-    for Listing { link, devices, kind, address } in stand.listing() {
-        let name = &config.links[*link].name;
-        print(&format!("{name:<10} {kind:<14} {address}  {}\n", devices.join(", ")));
+    for listing in stand.listing() {
+        let Listing { kind, address, second_port, .. } = *listing;
+        let name = &config.links[listing.link].name;
+        let second = second_port.map_or_else(String::new, |port| format!(" and {port}"));
+        print(&format!(
+            "{name:<10} {kind:<14} {address}{second}  {}\n",
+            listing.devices.join(", ")
+        ));
         // A scanner on UDP sends to where the station listens.
-        if *kind != "udp" {
-            lead(&mut text, name, kind, *address);
+        if kind != "udp" {
+            let carries_fd = listing.sends_fd;
+            lead(&mut text, name, Lead { kind, address, second_port, carries_fd });
         }
     }
     if config.end.points.is_some() {
