@@ -1,6 +1,7 @@
 //! Stations tried without their instruments: `asphera simulate` plays the devices of a configuration, and `asphera run` measures.
 
-use std::net::UdpSocket;
+use std::io::{Read as _, Write as _};
+use std::net::{TcpStream, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
@@ -159,7 +160,7 @@ fn laser_sensors_and_profilers_are_played() {
         // 10.2 mm in 65520 steps.
         ("config/examples/laser-sensor.toml", "4000", 156.0, 0.0),
         // 10 mm in 16384 steps. Places come by time: 50 µm on a slope of some 1e-3 are 50 nm.
-        ("config/examples/laser-sensor-by-time.toml", "300", 611.0, 50.0),
+        ("config/examples/laser-sensor-by-time.toml", "500", 611.0, 50.0),
         // 0.08 µm.
         ("config/examples/laser-profiler.toml", "4000", 80.0, 0.0),
     ] {
@@ -215,11 +216,66 @@ fn an_adapter_may_stamp_the_frames() {
     assert_eq!(timeless(replayed), timeless(report));
 }
 
+/// The frames of the simulated bus as candump logs them are measured like the bus itself.
+#[test]
+fn a_log_of_the_simulated_bus_is_measured_too() {
+    let options = ["--form-nm", "9000", "--noise-nm", "0", "--points", "2000"];
+    let simulated = Simulated::start("config/examples/can-transducers.toml", &options);
+    let log = simulated.station().with_file_name("bus.log");
+    simulated.change(|station| {
+        let address = station["link"]["bus"]["address"].as_str().unwrap().to_owned();
+        std::fs::write(&log, candump(&slcan_lines(&address))).unwrap();
+        let mut link = toml_edit::Table::new();
+        link["kind"] = toml_edit::value("candump");
+        link["file"] = toml_edit::value("bus.log");
+        station["link"]["bus"] = toml_edit::Item::Table(link);
+        // Nothing can be sent to a log.
+        let gauge = station["device"]["gauge"]["settings"].as_table_like_mut().unwrap();
+        gauge.remove("on_start");
+        gauge.remove("on_stop");
+    });
+    let (_, report) = simulated.measure();
+    let pv_nm = number(&report, "/form/deviation/pv_nm");
+    assert!((5000.0..=9150.0).contains(&pv_nm), "{pv_nm} nm");
+    let (received, used) = (count(&report, "/points/received"), count(&report, "/points/used"));
+    assert!(received >= 1900 && used + 5 >= received, "{used} of {received}");
+    assert_eq!(count(&report, "/links/0/discarded_bytes"), 0);
+}
+
+/// Lines of frames that the gauge and the scale send once the gauge was started, with their stamps.
+fn slcan_lines(address: &str) -> Vec<String> {
+    let mut stream = TcpStream::connect(address).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(3))).unwrap();
+    stream.write_all(b"S6\rY2\rZ1\rO\rt605101\r").unwrap();
+    let (mut bytes, mut text) = ([0; 4096], Vec::new());
+    // The scan is over when nothing comes for a while.
+    while let Ok(len @ 1..) = stream.read(&mut bytes) {
+        text.extend_from_slice(&bytes[..len]);
+    }
+    let text = String::from_utf8(text).unwrap();
+    text.split('\r').filter(|line| line.len() > 4).map(str::to_owned).collect()
+}
+
+/// The same as a log of candump: `(s) can0 185##1…` and `(s) can0 00FF1200#…`.
+fn candump(lines: &[String]) -> String {
+    let entry = |line: &String| {
+        let (frame, stamp) = line.split_at(line.len() - 4);
+        let seconds = f64::from(u32::from_str_radix(stamp, 16).unwrap()) / 1000.0;
+        let frame = match frame.split_at(1) {
+            ("b", frame) => format!("{}##1{}", &frame[..3], &frame[4..]),
+            (_, frame) => format!("{}#{}", &frame[..8], &frame[9..]),
+        };
+        format!("({seconds:.6}) can0 {frame}\n")
+    };
+    lines.iter().map(entry).collect()
+}
+
 /// What cannot be simulated is said with the device's name and what would do.
 #[test]
 fn what_cannot_be_played_is_named() {
     for (name, words) in [
         ("config/examples/closed-loop.toml", "moves its devices itself"),
+        ("config/examples/profiles-from-a-pipe.toml", "device scanner"),
         ("config/examples/tilting-probe.toml", "a probe that tilts"),
     ] {
         let output =

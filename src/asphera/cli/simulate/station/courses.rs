@@ -42,7 +42,6 @@ pub(super) fn scan(config: &Config, args: &PartArgs) -> Result<Scan, Failure> {
     if let Kinematics::Line(profiler) = &config.kinematics {
         return lines::scan(config, args, profiler, shown);
     }
-    let places = places(config, args.points, &mut shown)?;
     let height = match &config.kinematics {
         Kinematics::Cartesian { z, .. } => z,
         Kinematics::Polar { probe, .. } => probe,
@@ -50,6 +49,7 @@ pub(super) fn scan(config: &Config, args: &PartArgs) -> Result<Scan, Failure> {
             return Err("[kinematics]: expected cartesian, polar or line, found a probe that tilts, which is not simulated".into());
         }
     };
+    let places = places(config, args.points, &mut shown)?;
     let heights_mm = heights_mm(config, args, &places)?;
     let shift_mm = shift_mm(config, shown.range_mm(height), &heights_mm)?;
     for height_mm in heights_mm {
