@@ -20,6 +20,10 @@ pub struct CalibrationFile {
     made: Timestamp,
     valid_days: u32,
     correction: Correction,
+    /// Standard uncertainties of the parameters that it holds.
+    u: Vec<(Parameter, f64)>,
+    /// Terms of the map of heights with their standard uncertainties for values.
+    u_heights: Vec<HeightMap>,
 }
 
 impl CalibrationFile {
@@ -40,6 +44,16 @@ impl CalibrationFile {
     /// What takes the machine's errors out of its points.
     pub fn correction(&self) -> &Correction {
         &self.correction
+    }
+
+    /// Standard uncertainties of its parameters: ratios, rad or mm, as [`Parameter::quantity`] says. They count as independent.
+    pub fn uncertainties(&self) -> &[(Parameter, f64)] {
+        &self.u
+    }
+
+    /// Errors of height, mm, of one standard uncertainty of each term of its map; none without a map.
+    pub fn height_uncertainties(&self) -> &[HeightMap] {
+        &self.u_heights
     }
 
     /// Until when it may be used.
@@ -93,37 +107,58 @@ fn read(root: &Section<'_>) -> Option<CalibrationFile> {
     // What was measured, and how well; a person reads that.
     let _ = (root.has("artefact"), root.has("residuals"));
     let parameters = root.section("parameters");
-    let mut values = Vec::new();
+    let (mut values, mut uncertainties) = (Vec::new(), Vec::new());
     for parameter in machine.parameters() {
         let section = parameters.section(parameter.word());
         if section.is_present() {
             let quantity = parameter.quantity();
             let suffix = quantity.suffix();
             let value: Option<f64> = section.required(&format!("value_{suffix}"));
-            section.required::<f64>(&format!("u_{suffix}"));
+            let u = uncertainty(&section, &format!("u_{suffix}"));
             section.finish();
             values.push((*parameter, value? / quantity.units()));
+            uncertainties.push((*parameter, u? / quantity.units()));
         }
     }
     parameters.finish();
     let map = root.section("map");
-    let heights = if map.is_present() { Some(heights(&map)?) } else { None };
+    let found = if map.is_present() { Some(heights(&map)?) } else { None };
+    let (heights, u_heights) = found.map_or((None, Vec::new()), |(map, u)| (Some(map), u));
     let correction = Correction::new(machine, values, heights);
     if correction.is_none() {
         root.problem("parameters", "finite values", "another");
     }
-    Some(CalibrationFile { made: made?, valid_days, correction: correction? })
+    Some(CalibrationFile {
+        made: made?,
+        valid_days,
+        correction: correction?,
+        u: uncertainties,
+        u_heights,
+    })
 }
 
-fn heights(map: &Section<'_>) -> Option<HeightMap> {
+/// A standard uncertainty: finite and not negative.
+fn uncertainty(section: &Section<'_>, key: &str) -> Option<f64> {
+    let u: f64 = section.required(key)?;
+    if u.is_finite() && u >= 0.0 {
+        return Some(u);
+    }
+    section.problem(key, "a standard uncertainty of 0 or more", u);
+    None
+}
+
+/// The map, and each of its terms with its standard uncertainty for a value.
+fn heights(map: &Section<'_>) -> Option<(HeightMap, Vec<HeightMap>)> {
     let radius_mm: Option<f64> = map.required("radius_mm");
-    let mut terms = Vec::new();
+    let (mut terms, mut uncertain) = (Vec::new(), Vec::new());
     for term in map.array("term") {
         let (n, m) = (term.required::<u32>("n"), term.required::<i64>("m"));
         let value_nm: Option<f64> = term.required("value_nm");
-        term.required::<f64>("u_nm");
+        let u_nm = uncertainty(&term, "u_nm");
         term.finish();
-        terms.push((n?, i32::try_from(m?).ok()?, value_nm? / NM_PER_MM));
+        let (n, m) = (n?, i32::try_from(m?).ok()?);
+        terms.push((n, m, value_nm? / NM_PER_MM));
+        uncertain.push((n, m, u_nm? / NM_PER_MM));
     }
     map.finish();
     let heights = HeightMap::new(radius_mm?, terms);
@@ -134,7 +169,9 @@ fn heights(map: &Section<'_>) -> Option<HeightMap> {
             "others",
         );
     }
-    heights
+    let radius_mm = radius_mm?;
+    let one = |term| HeightMap::new(radius_mm, vec![term]);
+    Some((heights?, uncertain.into_iter().filter_map(one).collect()))
 }
 
 const NM_PER_MM: f64 = 1e6;
@@ -269,6 +306,10 @@ mod tests {
                 assert!((corrected[axis] - expected[axis]).abs() < 1e-15, "{text}");
             }
             assert_eq!(read.figures().valid_until, "1970-01-31T00:00:00Z");
+            for (estimate, (parameter, u)) in found.parameters.iter().zip(read.uncertainties()) {
+                assert!(estimate.parameter == *parameter && (estimate.u - u).abs() < 1e-15);
+            }
+            assert_eq!(read.height_uncertainties().len(), found.map.len());
         }
     }
 
@@ -296,6 +337,7 @@ mod tests {
             ("valid_days = 30", "valid_days = 0", "valid_days"),
             ("machine = \"cartesian\"", "machine = \"polar\"", "parameters.squareness"),
             ("value_urad", "value_mrad", "value_urad"),
+            ("u_urad = ", "u_urad = -", "u_urad: expected a standard uncertainty of 0 or more"),
             ("\nm = 0\n", "\nm = 1\n", "map.term"),
             ("radius_mm = 10.0", "radius_mm = 10.0", ""),
         ] {

@@ -18,7 +18,7 @@ use crate::parts::{PartsPlan, RunningParts};
 use crate::session::{self, Recovery, Session, What};
 use crate::station::{AssembleError, Bench, Happening, Point, assemble};
 use crate::weighing::Weighing;
-use asphera_measure::{Along, Measurement, Pipeline, Tip};
+use asphera_measure::{Along, Measurement, Pipeline, Systematic, Tip};
 
 /// Why a session cannot be replayed.
 #[derive(Debug, Error)]
@@ -51,6 +51,8 @@ pub struct Playback {
 #[derive(Clone, Debug)]
 pub struct Played {
     outcome: Outcome,
+    /// Errors that all its points have together.
+    systematic: Vec<Systematic>,
     recovery: Recovery,
     /// The contour that the recording asks for, and the places it is of.
     contour: Option<(ContourPlan, Vec<PlaceMm>)>,
@@ -185,9 +187,10 @@ impl Playback {
         bench.flush();
         settle(&mut bench, &mut take);
         let outcome = Outcome::new(&bench, session_figures(session.header(), &ended));
+        let systematic = bench.systematic();
         // Reading on to the end shows whether the rest of the recording is whole.
         entries.by_ref().for_each(drop);
-        Played { outcome, recovery: entries.recovery().clone(), contour, parts }
+        Played { outcome, systematic, recovery: entries.recovery().clone(), contour, parts }
     }
 }
 
@@ -204,6 +207,11 @@ impl Played {
         }
         conclude(measurement, self.outcome);
         note_recovery(&mut measurement.report.verdict, &self.recovery);
+    }
+
+    /// Errors that all its points have together, as far as their uncertainties are known.
+    pub fn systematic(&self) -> impl Iterator<Item = Systematic> {
+        self.systematic.iter().cloned()
     }
 
     /// The contour that the recording asks for.
@@ -240,6 +248,7 @@ pub fn replay(path: &Path, pace: impl FnMut(Nanos)) -> Result<Measurement, Repla
     let weighing = Weighing::new(playback.part(), playback.noise_mm());
     let played =
         playback.play(pace, |point| pipeline.take(weighing.weighed(point), point.reasons()));
+    pipeline.know_systematic(played.systematic());
     let mut measurement = pipeline.finish();
     played.conclude(&mut measurement);
     Ok(measurement)

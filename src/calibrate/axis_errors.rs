@@ -12,6 +12,8 @@ pub struct AxisErrors {
     /// Invariant: at least two; positions rise; all is finite.
     rows: Vec<[f64; 2]>,
     is_rotary: bool,
+    /// Standard uncertainty of the error of each row; empty where none is stated.
+    u: Vec<f64>,
 }
 
 /// Why rows are no errors of an axis. Rows count from 0.
@@ -59,6 +61,12 @@ pub enum AxisErrorsError {
         /// Its distance from the first row, in turns.
         turns: f64,
     },
+    /// The uncertainty of an error is negative or not finite, or missing.
+    #[error("row {row}: expected a standard uncertainty of 0 or more")]
+    Uncertainty {
+        /// Its row.
+        row: usize,
+    },
     /// The ends of a whole turn are one place with two errors.
     #[error(
         "row {row}: expected the error of row 0, which is a turn before: {first}, found {found}"
@@ -81,7 +89,7 @@ impl AxisErrors {
     /// The first row that cannot be used.
     pub fn linear(rows: Vec<[f64; 2]>) -> Result<AxisErrors, AxisErrorsError> {
         check(&rows)?;
-        Ok(AxisErrors { rows, is_rotary: false })
+        Ok(AxisErrors { rows, is_rotary: false, u: Vec::new() })
     }
 
     /// The errors of a rotary axis by rows of position and error, rad. Positions span a turn at most; every turn has the same
@@ -105,7 +113,49 @@ impl AxisErrors {
             let (first, found) = (first[1], rows[last][1]);
             return Err(AxisErrorsError::OpenTurn { row: last, first, found });
         }
-        Ok(AxisErrors { rows, is_rotary: true })
+        Ok(AxisErrors { rows, is_rotary: true, u: Vec::new() })
+    }
+
+    /// The same with a standard uncertainty of the error of each row, mm or rad.
+    ///
+    /// # Errors
+    ///
+    /// The first row whose uncertainty is negative or not finite. Without one for each row, that after the last.
+    pub fn with_uncertainties(self, u: Vec<f64>) -> Result<AxisErrors, AxisErrorsError> {
+        let wrong = u.iter().position(|u| !(u.is_finite() && *u >= 0.0));
+        let missing = (u.len() != self.rows.len()).then_some(u.len().min(self.rows.len()));
+        match wrong.or(missing) {
+            Some(row) => Err(AxisErrorsError::Uncertainty { row }),
+            None => Ok(AxisErrors { u, ..self }),
+        }
+    }
+
+    /// Independent errors that stand for the uncertainties of the rows; 0 where none are stated.
+    ///
+    /// How the errors of rows go together is not known. So each counts as an error of its own, and once more in one error that all
+    /// rows have together. Of more than 16 rows neighbours count as one.
+    pub fn uncertain_errors(&self) -> usize {
+        if self.u.is_empty() { 0 } else { 1 + self.u.len().div_ceil(self.rows_together()) }
+    }
+
+    /// The share of an uncertain error at an indicated position, mm or rad, for one standard uncertainty; 0 beyond the rows. Error 0
+    /// is that of all rows together. `O(log rows)`.
+    pub fn uncertain_error_at(&self, error: usize, position: f64) -> f64 {
+        let Some((after, share)) = self.between(position) else { return 0.0 };
+        let last = self.rows.len() - 1;
+        let is_closed = self.is_rotary && self.rows[last][0] - self.rows[0][0] >= TAU - TURN_RAD;
+        let of_row = |row: usize| {
+            // The ends of a whole turn are one row.
+            let row = if is_closed && row == last { 0 } else { row };
+            let counts = error == 0 || row / self.rows_together() == error - 1;
+            self.u.get(row).copied().filter(|_| counts).unwrap_or(0.0)
+        };
+        (1.0 - share) * of_row(after - 1) + share * of_row(after)
+    }
+
+    /// Rows that count as one.
+    fn rows_together(&self) -> usize {
+        self.rows.len().div_ceil(MOST_ERRORS)
     }
 
     /// Where the axis is when it indicates `position`: the position without its error. `None` beyond the rows, and of no
@@ -116,6 +166,13 @@ impl AxisErrors {
 
     /// The error at an indicated position.
     fn error_at(&self, position: f64) -> Option<f64> {
+        let (after, share) = self.between(position)?;
+        let ([_, error], [_, next]) = (self.rows[after - 1], self.rows[after]);
+        Some(error + (next - error) * share)
+    }
+
+    /// The row after an indicated position, and the share of the way to it from the row before; `None` beyond the rows.
+    fn between(&self, position: f64) -> Option<(usize, f64)> {
         let (first, last) = (self.rows[0][0], self.rows[self.rows.len() - 1][0]);
         let margin = if self.is_rotary { TURN_RAD } else { (last - first) * MARGIN };
         let place =
@@ -131,11 +188,13 @@ impl AxisErrors {
         }
         let after =
             self.rows.partition_point(|[row, _]| *row <= place).clamp(1, self.rows.len() - 1);
-        let ([from, error], [to, next]) = (self.rows[after - 1], self.rows[after]);
-        let share = ((place - from) / (to - from)).clamp(0.0, 1.0);
-        Some(error + (next - error) * share)
+        let ([from, _], [to, _]) = (self.rows[after - 1], self.rows[after]);
+        Some((after, ((place - from) / (to - from)).clamp(0.0, 1.0)))
     }
 }
+
+/// Independent errors of the rows of one table at most: each costs two fits.
+const MOST_ERRORS: usize = 16;
 
 /// Rounding at the ends is no position beyond them: this share of the travel …
 const MARGIN: f64 = 1e-9;
@@ -217,6 +276,43 @@ mod tests {
         let expected = 1e-5 + 2e-5 * 0.25 / (TAU - 1.5);
         assert!((errors.error_at(0.25).unwrap() - expected).abs() < 1e-16);
         assert_eq!(errors.corrected(f64::NAN), None);
+    }
+
+    #[test]
+    fn uncertainties_are_those_of_the_rows_and_of_all_together() {
+        let table = AxisErrors::linear(vec![[0.0, 0.0], [1.0, 1e-4], [3.0, 0.0]]).unwrap();
+        assert_eq!((table.uncertain_errors(), table.uncertain_error_at(0, 1.0)), (0, 0.0));
+        let table = table.with_uncertainties(vec![0.25, 0.5, 1.0]).unwrap();
+        assert_eq!(table.uncertain_errors(), 4);
+        let at =
+            |position: f64| [0, 1, 2, 3].map(|error| table.uncertain_error_at(error, position));
+        assert_eq!(at(0.0), [0.25, 0.25, 0.0, 0.0]);
+        assert_eq!(at(2.0), [0.75, 0.0, 0.25, 0.5]);
+        assert_eq!(at(3.5), [0.0; 4]);
+        // Of many rows neighbours go together, and all add up to the error of all.
+        let rows: Vec<[f64; 2]> = (0..100).map(|i| [f64::from(i), 0.0]).collect();
+        let table = AxisErrors::linear(rows).unwrap().with_uncertainties(vec![1e-5; 100]).unwrap();
+        assert_eq!(table.uncertain_errors(), 16);
+        let sum: f64 = (1..16).map(|error| table.uncertain_error_at(error, 41.3)).sum();
+        assert!((sum - 1e-5).abs() < 1e-18, "{sum}");
+        for wrong in [vec![1e-5; 99], vec![-1.0; 100], vec![f64::NAN; 100], vec![0.0; 101]] {
+            let rows: Vec<[f64; 2]> = (0..100).map(|i| [f64::from(i), 0.0]).collect();
+            let found = AxisErrors::linear(rows).unwrap().with_uncertainties(wrong);
+            assert!(matches!(found, Err(AxisErrorsError::Uncertainty { .. })), "{found:?}");
+        }
+    }
+
+    /// The ends of a whole turn are one row, with one uncertainty.
+    #[test]
+    fn a_whole_turn_has_no_seam() {
+        let rows = vec![[0.0, 1e-5], [2.0, 3e-5], [TAU, 1e-5]];
+        let table = AxisErrors::rotary(rows).unwrap().with_uncertainties(vec![1e-6, 2e-6, 9e-6]);
+        let table = table.unwrap();
+        for error in 0..table.uncertain_errors() {
+            let [before, after] =
+                [-1e-9, 1e-9].map(|position| table.uncertain_error_at(error, position));
+            assert!((before - after).abs() < 1e-14, "{error}: {before} {after}");
+        }
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Corrections of measured places.
 
+use std::f64::consts::PI;
+
 use asphera_geometry::vector::{Vector, plus};
 
 use crate::map::HeightMap;
@@ -37,6 +39,16 @@ impl Axes {
                 let [x, y, z_mm] = point_mm;
                 Axes::Polar { angle_rad: y.atan2(x), radius_mm: x.hypot(y), z_mm }
             }
+        }
+    }
+
+    /// The same where a polar machine measured the point beyond the centre: with a radius of 0 or less, half a turn further.
+    pub fn of_point_beyond(machine: Machine, point_mm: [f64; 3]) -> Axes {
+        match Axes::of_point(machine, point_mm) {
+            Axes::Polar { angle_rad, radius_mm, z_mm } => {
+                Axes::Polar { angle_rad: angle_rad + PI, radius_mm: -radius_mm, z_mm }
+            }
+            other => other,
         }
     }
 

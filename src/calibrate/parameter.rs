@@ -2,6 +2,8 @@
 
 use asphera_geometry::vector::Vector;
 
+use crate::correction::Axes;
+
 /// Kind of machine, which decides on its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Machine {
@@ -147,6 +149,12 @@ impl Parameter {
             | Parameter::TiltRadial
             | Parameter::TiltTangential => Quantity::Angle,
         }
+    }
+
+    /// How a point moves for a value of 1 of the parameter, mm: where its axes stand.
+    pub fn displacement_mm(self, axes: Axes) -> Vector {
+        let (place, outward) = axes.place();
+        self.effect(place, outward)
     }
 
     /// How a point moves for a value of 1: `place` in mm, `outward` the direction of the radial axis.

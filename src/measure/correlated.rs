@@ -13,6 +13,7 @@ use super::errors;
 use super::figures::parameters_of;
 use super::fit_details;
 use super::fitting::Fitted;
+use super::systematic::Contributions;
 use super::uncertainties::{Assessed, COVERAGE, covers_parameters};
 use crate::{CorrelationFrom, Part};
 
@@ -88,6 +89,17 @@ impl Sources {
             }
         }
         sources
+    }
+
+    /// The same with systematic errors counted in the uncertainties of the parameters.
+    pub(super) fn with_systematic(mut self, fitted: &Fitted, counted: &Contributions) -> Sources {
+        if counted.is_counted() && fitted.reference.is_none() && self.covariance.is_none() {
+            let found = fitted.fit.covariance.as_ref();
+            self.covariance = found.map(|found| fit_details::covariance(found, &fitted.fit));
+        }
+        let Sources { parameters, covariance, expanded_covers, .. } = &mut self;
+        counted.count_parameters(parameters, covariance.as_mut(), expanded_covers);
+        self
     }
 
     /// Takes the uncertainties of the parameters from the budget.

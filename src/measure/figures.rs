@@ -9,8 +9,8 @@ use asphera_form::{
 use asphera_report::words::counted;
 use asphera_report::{
     DeviationFigures, FitDetails, FitFigures, FormFigures, LossFigures, Map, ParameterFigures,
-    PoseFigures, ReferenceFigures, StandardFigures, UncertaintyFigures, UnmeasuredFigures,
-    WeightFigures,
+    PoseFigures, ReferenceFigures, StandardFigures, SystematicFigures, UncertaintyFigures,
+    UnmeasuredFigures, WeightFigures,
 };
 use asphera_surface::Plane;
 
@@ -33,6 +33,8 @@ pub(super) struct Ingredients<'a> {
     pub(super) sources: Sources,
     /// Uncertainties of PV and RMS.
     pub(super) uncertainty: Option<UncertaintyFigures>,
+    /// What systematic errors add to them.
+    pub(super) systematic: Vec<SystematicFigures>,
     pub(super) unmeasured: UnmeasuredFigures,
 }
 
@@ -44,7 +46,7 @@ pub(super) fn form(
     of: Ingredients<'_>,
     plane: &Plane,
 ) -> FormFigures {
-    let Ingredients { fitted, found, details, sources, uncertainty, unmeasured } = of;
+    let Ingredients { fitted, found, details, sources, uncertainty, systematic, unmeasured } = of;
     let fit = &fitted.fit;
     // Of a surface made from the points, what was fitted by its parameters is the base.
     let reference = fitted.reference.as_ref().map(MadeReference::from);
@@ -80,6 +82,7 @@ pub(super) fn form(
         origin: Some(origin::figures(part, plane.from_plane(fit.pose.to_measured([0.0; 3])))),
         deviation: DeviationFigures {
             uncertainty,
+            systematic,
             unmeasured: Some(unmeasured),
             ..deviation(found)
         },
@@ -269,6 +272,7 @@ fn deviation(figures: &Figures) -> DeviationFigures {
         at_max_mm: figures.at_max_mm,
         at_min_mm: figures.at_min_mm,
         uncertainty: None,
+        systematic: Vec::new(),
         unmeasured: None,
     }
 }

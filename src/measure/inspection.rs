@@ -3,7 +3,7 @@
 use asphera_figures::{Sample, SampleError};
 use asphera_form::{Aperture, Figures, Fit, Grid as MapGrid, Parameter, Pose};
 use asphera_mesh::Mesh;
-use asphera_report::{FeatureFigures, FormFigures, Map, Verdict};
+use asphera_report::{FeatureFigures, FormFigures, Map, UncertaintyFigures, Verdict};
 use asphera_surface::Plane;
 use asphera_uncertainty::verdict::{Deviations, Limit, forecast};
 use asphera_uncertainty::{Places, UncertaintyError};
@@ -22,6 +22,7 @@ use super::judgement::{Deviating, Plain, judge, plainly};
 use super::removal::cells_of;
 use super::standards::{self, Measured};
 use super::step::Step;
+use super::systematic::{Contributions, Moving, Systematic};
 use super::uncertainties::{self, Assessed, assess};
 use super::unmeasured::{Laid, Unmeasured};
 use crate::Part;
@@ -43,6 +44,8 @@ pub(super) struct Inspection<'a> {
     pub(super) found: Option<&'a Figures>,
     /// The area each vertex stands for.
     pub(super) areas_mm2: &'a [f64],
+    /// Errors that all points have together.
+    pub(super) systematic: &'a [Systematic],
 }
 
 /// Result of an inspection.
@@ -76,13 +79,11 @@ impl Inspection<'_> {
         };
         let sample = sample(part, self.pose, points, self.deviations_mm, self.areas_mm2);
         let design = fitted.and_then(|fitted| Design::new(part, mesh, fitted, self.areas_mm2));
-        let judged = self.judged(assessed.as_ref(), design.as_ref(), known.as_ref());
+        let systematic = self.contributions();
+        let mut judged = self.judged(assessed.as_ref(), design.as_ref(), known.as_ref());
+        systematic.count_limits(&mut judged);
         let made = fitted.zip(self.found);
-        let heights = match (known.as_ref().zip(self.found), &assessed) {
-            (Some((known, found)), _) => Some(known.figures(found.pv_nm, true)),
-            (None, Some(Ok(assessed))) => Some(uncertainties::of_heights(assessed, part)),
-            _ => None,
-        };
+        let heights = self.heights(known.as_ref(), assessed.as_ref(), &systematic);
         let sure = heights.as_ref().map(|heights| [heights.u_pv_nm, heights.u_rms_nm]);
         let sure = Sure::new(sure, &judged);
         let mut details = made.map(|(fitted, found)| {
@@ -99,10 +100,13 @@ impl Inspection<'_> {
             .and_then(|_| DeviationMap::of(mesh, (&look.triangles, &look.covered), &deviations_nm));
         let by_budget = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
         if let Some(((fitted, _), details)) = made.zip(details.as_mut()) {
-            standards::add(&self.measured(fitted, map.as_ref(), noise_nm, by_budget), details);
+            let measured = self.measured(fitted, map.as_ref(), noise_nm, (by_budget, &systematic));
+            standards::add(&measured, details);
         }
-        let sources = made
-            .map(|(fitted, _)| Sources::new(part, fitted, (points, self.deviations_mm), by_budget));
+        let sources = made.map(|(fitted, _)| {
+            let deviating = (points, self.deviations_mm);
+            Sources::new(part, fitted, deviating, by_budget).with_systematic(fitted, &systematic)
+        });
         begin(Step::Unmeasured);
         let unmeasured =
             self.unmeasured(fitted.map(|fitted| &fitted.fit), self.deviations_mm, self.found);
@@ -136,11 +140,38 @@ impl Inspection<'_> {
                 details,
                 sources,
                 uncertainty: heights,
+                systematic: systematic.figures(),
                 unmeasured: unmeasured.figures(),
             };
             figures::form(part, &part.free, of, self.plane)
         });
         Inspected { form, features, verdict, deviations_nm, map, grid, cells }
+    }
+
+    /// What systematic errors add to the uncertainties.
+    fn contributions(&self) -> Contributions {
+        let Ok(fitted) = self.fitted else { return Contributions::default() };
+        let (part, plane) = (self.part, self.plane);
+        let (points, deviations_mm, areas_mm2) =
+            (self.mesh.points(), self.deviations_mm, self.areas_mm2);
+        let moving = Moving { part, plane, fitted, points, deviations_mm, areas_mm2 };
+        Contributions::new(self.systematic, moving)
+    }
+
+    /// Uncertainties of PV and RMS, where they are known.
+    fn heights(
+        &self,
+        known: Option<&ErrorsOfFigures>,
+        assessed: Option<&Result<Assessed, UncertaintyError>>,
+        systematic: &Contributions,
+    ) -> Option<UncertaintyFigures> {
+        let found = self.found?;
+        let heights = match (known, assessed) {
+            (Some(known), _) => known.figures(found.pv_nm, true),
+            (None, Some(Ok(assessed))) => uncertainties::of_heights(assessed, self.part),
+            _ => return None,
+        };
+        Some(systematic.with_heights(heights, found.pv_nm))
     }
 
     /// The uncertainties that the nominal file asks for.
@@ -186,7 +217,7 @@ impl Inspection<'_> {
         fitted: &'a Fitted,
         map: Option<&'a DeviationMap>,
         noise_nm: Option<f64>,
-        assessed: Option<&'a Assessed>,
+        (assessed, systematic): (Option<&'a Assessed>, &'a Contributions),
     ) -> Measured<'a> {
         Measured {
             part: self.part,
@@ -199,6 +230,7 @@ impl Inspection<'_> {
             map,
             noise_nm,
             assessed,
+            systematic,
         }
     }
 

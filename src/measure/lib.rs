@@ -50,6 +50,7 @@ pub mod section;
 mod space;
 mod standards;
 mod step;
+mod systematic;
 mod tip;
 mod uncertainties;
 mod unmeasured;
@@ -77,6 +78,7 @@ pub use space::{
     reduce_in_space, refuse_path,
 };
 pub use step::Step;
+pub use systematic::Systematic;
 pub use tip::{LARGEST_MM, Tip, TipError, TipReads, contacts};
 
 #[cfg(doctest)]

@@ -20,6 +20,7 @@ use super::projection::{Projector, measured};
 use super::sampling::{Next, Remembered};
 use super::space::{self, Gathered as InSpace};
 use super::step::Step;
+use super::systematic::Systematic;
 use crate::Part;
 
 /// All that is known of a part when its last point has landed.
@@ -66,6 +67,8 @@ pub(super) struct Gathered {
     pub(super) remembered: Remembered,
     /// All points, where they are meshed in space if they fold.
     pub(super) space: Option<InSpace>,
+    /// Errors that all points have together.
+    pub(super) systematic: Vec<Systematic>,
 }
 
 /// The final figures of the points gathered; `begin` hears of each step.
@@ -75,7 +78,8 @@ pub(super) fn measure(
     projector: &Projector,
     begin: &mut dyn FnMut(Step),
 ) -> Measurement {
-    let Gathered { mesh, mut points, heights_mm, grids, mut remembered, space } = gathered;
+    let Gathered { mesh, mut points, heights_mm, grids, mut remembered, space, systematic } =
+        gathered;
     let Grids { grid, version: maps_version } = grids;
     begin(Step::Fit);
     let plane = projector.plane();
@@ -132,6 +136,7 @@ pub(super) fn measure(
         deviations_mm: &deviations_mm,
         found: found.as_ref(),
         areas_mm2: &areas_mm2,
+        systematic: &systematic,
     };
     let inspected = inspection.figures(grid, begin);
     let points_mm = points_mm.into_owned();

@@ -23,6 +23,7 @@ use crate::running::{History, Running};
 use crate::sampling::{Current, Next, Remembered};
 use crate::space::{self, Gathered as InSpace};
 use crate::step::Step;
+use crate::systematic::{Contributions, Systematic};
 use crate::tip::{self, Centres, Tip};
 use crate::{
     Part, Weights, assessment, cells, cutting, figures, fit_details, maps, origin, removal,
@@ -72,6 +73,10 @@ pub struct Pipeline {
     along: Along,
     /// Centres of a ball tip, whose contacts the points are.
     centres: Option<Centres>,
+    /// Errors that all points have together.
+    systematic: Vec<Systematic>,
+    /// Whether more of them will be known at the end.
+    awaits_systematic: bool,
 }
 
 /// The running figures of a part.
@@ -152,6 +157,8 @@ impl Pipeline {
             folded: None,
             along,
             centres: None,
+            systematic: Vec::new(),
+            awaits_systematic: false,
         }
     }
 
@@ -167,6 +174,12 @@ impl Pipeline {
     #[must_use]
     pub fn expecting(self, expected_points: Option<u64>) -> Pipeline {
         Pipeline { expected_points, ..self }
+    }
+
+    /// The same where [`Pipeline::know_systematic`] will be called at the end: with a guard band no limit is certain before.
+    #[must_use]
+    pub fn awaiting_systematic(self, awaits_systematic: bool) -> Pipeline {
+        Pipeline { awaits_systematic, ..self }
     }
 
     /// Takes a point of a station. `forbidden_by` names the flags that forbid its use: such a point is counted under each
@@ -228,6 +241,12 @@ impl Pipeline {
     /// Says which slopes dz/dx the heights of a profile along x are integrated from, by x in mm.
     pub fn know_slopes(&mut self, of: impl IntoIterator<Item = (f64, f64)>) {
         self.slopes.extend(of);
+    }
+
+    /// Says which errors all points have together, beside those said before. They count in the uncertainties of the final figures;
+    /// running figures do not know them.
+    pub fn know_systematic(&mut self, errors: impl IntoIterator<Item = Systematic>) {
+        self.systematic.extend(errors);
     }
 
     /// Counts `gaps` places of a file without a value.
@@ -426,6 +445,8 @@ impl Pipeline {
             Some("the reference is made anew from all points at the end")
         } else if self.centres.is_some() {
             Some(tip::FOUND_ANEW)
+        } else if self.awaits_systematic && self.part.judging.guard.is_some() {
+            Some("systematic errors of the station count at the end")
         } else if !self.mesh.projectable() {
             Some("points stand above or below others")
         } else if self.mesh.counts().duplicates > 0 {
@@ -455,6 +476,18 @@ impl Pipeline {
         if let Some(centres) = self.centres.take() {
             return self.finish_contacts(centres, begin);
         }
+        let systematic = std::mem::take(&mut self.systematic);
+        let mut measurement = self.measure(systematic.clone(), begin);
+        if let Some(form) = measurement.report.form.as_mut().filter(|_| !systematic.is_empty())
+            && form.deviation.systematic.is_empty()
+        {
+            form.deviation.systematic = Contributions::none(&systematic, IN_SPACE).figures();
+        }
+        measurement
+    }
+
+    /// The final figures with these systematic errors.
+    fn measure(mut self, systematic: Vec<Systematic>, begin: &mut dyn FnMut(Step)) -> Measurement {
         begin(Step::Mesh);
         if let Some(space) = self.space.take_if(|space| !space.is_beside_plane()) {
             return space::measure(space, self.points(), self.part, None, begin);
@@ -471,10 +504,11 @@ impl Pipeline {
         let Pipeline { mesh, part, projector, heights, slopes, remembered, space, .. } = self;
         let heights_mm = heights.and_then(|heights| heights.of_vertices(&mesh));
         if let Some(line) = profile::Line::through(mesh.points()) {
-            let taken = profile::Taken { mesh, line, points, heights_mm, slopes, remembered };
+            let taken =
+                profile::Taken { mesh, line, points, heights_mm, slopes, remembered, systematic };
             return profile::measure(taken, part, &projector);
         }
-        let gathered = Gathered { mesh, points, heights_mm, grids, remembered, space };
+        let gathered = Gathered { mesh, points, heights_mm, grids, remembered, space, systematic };
         measurement::measure(gathered, part, &projector, begin)
     }
 
@@ -482,9 +516,12 @@ impl Pipeline {
     fn finish_contacts(mut self, centres: Centres, begin: &mut dyn FnMut(Step)) -> Measurement {
         self.projector.finish(|_, _| {});
         let solved = centres.solve(&self.part, &self.projector.plane());
-        let Pipeline { part, along, expected_points, received, mut flagged, looks, .. } = self;
+        let Pipeline {
+            part, along, expected_points, received, mut flagged, looks, systematic, ..
+        } = self;
         let mut again = Pipeline::along(part, along).expecting(expected_points);
         again.take_positions(solved.contacts.iter().copied());
+        again.know_systematic(solved.systematic().into_iter().chain(systematic));
         for (reason, count) in &solved.untouched {
             *flagged.entry(*reason).or_default() += count;
         }
@@ -588,6 +625,10 @@ pub(crate) fn next_look(points: u64, expected: Option<u64>) -> u64 {
     let nearly_all = expected.map(|expected| expected - expected / LAST_SHARE);
     nearly_all.filter(|nearly_all| *nearly_all > points).map_or(next, |all| next.min(all))
 }
+
+/// Why figures count no systematic errors.
+const IN_SPACE: &str =
+    "worked out of points that are projected only, and these are meshed in space";
 
 /// Points of a file are handed to the mesh by so many, a multiple of what it gathers by itself.
 const AT_A_TIME: usize = 64 * BATCH_POINTS;

@@ -39,6 +39,7 @@ use super::measurement::{Measurement, deviation, report};
 use super::naming::{self, ProfileSlope};
 use super::projection::{Projector, measured};
 use super::sampling::Remembered;
+use super::systematic::{Contributions, Moving, Systematic};
 use super::uncertainties::{self, Assessed, assess};
 use super::unmeasured::Unmeasured;
 use crate::{Judging, Part};
@@ -70,11 +71,13 @@ pub(super) struct Taken {
     pub(super) heights_mm: Option<Vec<f64>>,
     pub(super) slopes: Slopes,
     pub(super) remembered: Remembered,
+    /// Errors that all points have together.
+    pub(super) systematic: Vec<Systematic>,
 }
 
 /// The final figures of a profile.
 pub(super) fn measure(taken: Taken, mut part: Part, projector: &Projector) -> Measurement {
-    let Taken { mesh, line, mut points, heights_mm, slopes, remembered } = taken;
+    let Taken { mesh, line, mut points, heights_mm, slopes, remembered, systematic } = taken;
     let plane = projector.plane();
     let own = Part { free: in_plane(&part.free, line.way()), ..part.clone() };
     let fitted = fit_along(&line, mesh.points(), &own, &plane, heights_mm.as_deref());
@@ -90,12 +93,8 @@ pub(super) fn measure(taken: Taken, mut part: Part, projector: &Projector) -> Me
     let stations = stations(mesh.points(), &deviations_mm, &line, fit, &slopes);
     let (sampling, coverage) = sampled(&mesh, &part, &line, fit, &stations);
     let mut profile = profile_figures(&stations, &line, fit, &slopes, coverage);
-    profile.held = part
-        .free
-        .iter()
-        .filter(|free| !own.free.contains(free))
-        .map(|free| free.name(&part.nominal))
-        .collect();
+    let held = part.free.iter().filter(|free| !own.free.contains(free));
+    profile.held = held.map(|free| free.name(&part.nominal)).collect();
     let unmeasured = Unmeasured::along_line(
         &part,
         coverage.map(|found| (1.0 - found.covered_mm / found.length_mm).max(0.0)),
@@ -113,25 +112,45 @@ pub(super) fn measure(taken: Taken, mut part: Part, projector: &Projector) -> Me
     let assessed =
         laid_as_is.and_then(|fitted| assess(&judged, mesh.points(), fitted, &plane, None, None));
     let by_budget = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
-    let limits = match &assessed {
+    let refit = Part { free: own.free.clone(), ..judged.clone() };
+    let systematic = fitted.as_ref().map_or_else(
+        |_| Contributions::default(),
+        |fitted| {
+            contributions(
+                &systematic,
+                (&refit, &plane, fitted),
+                mesh.points(),
+                &deviations_mm,
+                &profile,
+            )
+        },
+    );
+    let mut limits = match &assessed {
         None => plainly(&judged, &Plain::of_heights(found.as_ref())),
         Some(Ok(assessed)) => uncertainties::judged(&judged, assessed, None),
         Some(Err(error)) => Err(uncertainties::unknown(error)),
     };
+    systematic.count_limits(&mut limits);
     let form = fitted.as_ref().ok().zip(found.as_ref()).map(|(fitted, found)| {
         let places_mm = places_mm(&fitted.fit.pose, mesh.points());
         let sample = Sample::new(&places_mm, &deviations_mm, None, &part.aperture);
-        let uncertainty = by_budget.map(|assessed| uncertainties::of_heights(assessed, &judged));
+        let uncertainty = by_budget.map(|assessed| {
+            let heights = uncertainties::of_heights(assessed, &judged);
+            systematic.with_heights(heights, found.pv_nm)
+        });
         let sure = uncertainty.as_ref().map(|heights| [heights.u_pv_nm, heights.u_rms_nm]);
         let mut details = details(sample.ok().as_ref(), &profile, &Sure::new(sure, &limits));
         let (sources, lacks) =
             sources(&judged, fitted, (mesh.points(), &deviations_mm), by_budget, profile.turned);
+        let sources = sources.with_systematic(fitted, &systematic);
         details.figures.extend(of_zones(&limits));
         details
             .unknown
             .extend(lacks.map(str::to_owned).into_iter().chain(sources.unknown.iter().cloned()));
         let unmeasured = unmeasured.figures();
-        let of = Ingredients { fitted, found, details, sources, uncertainty, unmeasured };
+        let systematic = systematic.figures();
+        let of =
+            Ingredients { fitted, found, details, sources, uncertainty, systematic, unmeasured };
         figures::form(&own, &part.free, of, &plane)
     });
     let guard = judged.judging.guard.filter(|_| assessed.is_some());
@@ -165,6 +184,21 @@ pub(super) fn fit_along(
 ) -> Result<Fitted, NoFit> {
     let own = Part { free: in_plane(&part.free, line.way()), ..part.clone() };
     laid(points, &own, line, |points, part| fitted(points, part, plane, heights_mm))
+}
+
+/// What systematic errors add to the uncertainties of a profile; of one that was turned nothing is known.
+fn contributions(
+    all: &[Systematic],
+    (part, plane, fitted): (&Part, &Plane, &Fitted),
+    points: &[PointMm],
+    deviations_mm: &[f64],
+    profile: &ProfileFigures,
+) -> Contributions {
+    if profile.turned {
+        return Contributions::none(all, "worked out of profiles along x or y only");
+    }
+    let areas_mm2 = &vec![0.0; points.len()];
+    Contributions::new(all, Moving { part, plane, fitted, points, deviations_mm, areas_mm2 })
 }
 
 /// Counts the points that the fit used, and those it did not, by reason.

@@ -70,6 +70,16 @@ impl Tip {
         self.radius_mm
     }
 
+    /// Its standard uncertainty, mm; 0 where none was stated.
+    pub(crate) fn u_radius_mm(&self) -> f64 {
+        self.u_radius_mm
+    }
+
+    /// Whether readings are those of the lowest point of the ball.
+    pub(crate) fn is_lowest(&self) -> bool {
+        self.reads == TipReads::Lowest
+    }
+
     /// The centre of the ball at a reading, both mm in one frame; `up` is the unit vector along the probe, away from the part.
     pub fn centre_mm(&self, reading_mm: PointMm, up: [f64; 3]) -> PointMm {
         match self.reads {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::UnmeasuredFigures;
+use crate::{SystematicFigures, UnmeasuredFigures};
 
 /// Form deviation: measured minus nominal along the nominal's normal, after alignment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,6 +22,10 @@ pub struct DeviationFigures {
     /// Errors of these figures; absent where the noise is not known, `unknown` says why.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty: Option<UncertaintyFigures>,
+    /// Errors that all points have together, source by source, as `uncertainty` and the u of limits, pose and shape count them;
+    /// final only. Empty where no source is known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub systematic: Vec<SystematicFigures>,
     /// Allowance for the part of the aperture that was not measured; final only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unmeasured: Option<UnmeasuredFigures>,

@@ -37,6 +37,7 @@ mod section;
 mod snapshot;
 pub mod standards;
 mod station;
+pub mod systematic;
 mod tip;
 mod unmeasured;
 mod verdict;
@@ -89,6 +90,7 @@ pub use snapshot::{
 };
 pub use standards::StandardFigures;
 pub use station::{Answer, ControlError, LiveStation, SessionEntry, SessionFile, Waypoints};
+pub use systematic::SystematicFigures;
 pub use tip::TipFigures;
 pub use unmeasured::UnmeasuredFigures;
 pub use verdict::{Check, Status, Verdict};

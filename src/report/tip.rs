@@ -16,6 +16,9 @@ pub struct TipFigures {
     /// Why points are the lowest points of the ball and not its contacts; absent where they are contacts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncompensated: Option<String>,
+    /// Centres that have a contact; absent where points are not contacts. Where it is 0, so is all below.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contacts: Option<u64>,
     /// Fits until no contact moved; 0 where points are not contacts.
     pub passes: u32,
     /// Farthest way of a contact in the last of them, nm.
@@ -35,8 +38,7 @@ pub struct TipFigures {
     /// The centre of the ball at that place, measured frame, mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hollow_at_mm: Option<[f64; 3]>,
-    /// Change of PV where the radius changes by its standard uncertainty, nm. The u of figures does not count it. Absent without
-    /// an uncertainty.
+    /// Contribution of the radius to u of PV, nm: u counts it. Absent where the radius has no stated uncertainty.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_pv_nm: Option<f64>,
     /// The same of RMS.

@@ -39,6 +39,13 @@ impl MeanSquare {
         (0.5 * (sides[0] * sides[0] + sides[1] * sides[1])).sqrt()
     }
 
+    /// The same with one error that all values have together, of standard uncertainty `u`: 4·E·u² + 2·u⁴ more of variance, as of noise
+    /// along one direction.
+    pub(crate) fn with_systematic(self, u: f64) -> MeanSquare {
+        let variance = u * u * (4.0 * self.left.max(0.0) + 2.0 * u * u);
+        MeanSquare { apart: self.apart + variance, ..self }
+    }
+
     /// Roots of the form's mean squares from which what was found is no farther than `k` standard deviations. Where noise
     /// explains more than there is the upper one is that of nothing left.
     pub(crate) fn interval(&self, k: f64) -> [f64; 2] {

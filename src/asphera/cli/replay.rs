@@ -51,6 +51,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<Exit, Failure> {
         pipeline.take(weighing.weighed(point), point.reasons());
         progress.add(1);
     });
+    pipeline.know_systematic(played.systematic());
     let mut measurement = pipeline.finish_by_steps(&mut |step| progress.step(step));
     played.conclude(&mut measurement);
     let total_s = clock.now().as_secs_f64();

@@ -70,29 +70,37 @@ fn parse(text: &str, rotary: bool) -> Result<AxisErrors, Mistake> {
     let Some((head, line)) = lines.next() else {
         return Err(Mistake { line: 1, expected: head_of(rotary), found: "nothing".to_owned() });
     };
-    let [position_scale, error_scale] = units(head, rotary).ok_or_else(|| Mistake {
+    let columns = units(head, rotary).ok_or_else(|| Mistake {
         line,
         expected: head_of(rotary),
         found: format!("{head:?}"),
     })?;
-    let (mut rows, mut places) = (Vec::new(), Vec::new());
+    let wanted = match columns.len() {
+        2 => ["two numbers", "position and error"],
+        _ => ["three numbers", "position, error and u"],
+    };
+    let (mut rows, mut uncertainties, mut places) = (Vec::new(), Vec::new(), Vec::new());
     for (row, line) in lines {
         let numbers: Option<Vec<f64>> =
             fields(row).map(|field| field.parse::<f64>().ok()).collect();
-        let Some([position, error]) = numbers.as_deref().and_then(|row| row.first_chunk::<2>())
-        else {
-            let expected = "two numbers, with a decimal point: position and error".to_owned();
+        let Some(numbers) = numbers.filter(|numbers| numbers.len() >= columns.len()) else {
+            let expected = wanted.join(", with a decimal point: ");
             return Err(Mistake { line, expected, found: format!("{row:?}") });
         };
-        if fields(row).count() != 2 {
-            let expected = "two numbers: position and error".to_owned();
-            return Err(Mistake { line, expected, found: format!("{row:?}") });
+        if numbers.len() > columns.len() {
+            return Err(Mistake { line, expected: wanted.join(": "), found: format!("{row:?}") });
         }
-        rows.push([position_scale.scaled(*position), error_scale.scaled(*error)]);
+        let scaled = |column: usize| columns[column].scaled(numbers[column]);
+        rows.push([scaled(0), scaled(1)]);
+        uncertainties.extend((columns.len() == 3).then(|| scaled(2)));
         places.push((line, row));
     }
     let errors = if rotary { AxisErrors::rotary(rows) } else { AxisErrors::linear(rows) };
-    errors.map_err(|error| mistake(error, &places, line))
+    let with_u = |errors: AxisErrors| match uncertainties.is_empty() {
+        true => Ok(errors),
+        false => errors.with_uncertainties(uncertainties),
+    };
+    errors.and_then(with_u).map_err(|error| mistake(error, &places, line))
 }
 
 /// A mistake of the rows, with the line of the file. `places` are line and text of each row.
@@ -113,6 +121,7 @@ fn mistake(error: AxisErrorsError, places: &[(usize, &str)], head_line: usize) -
         AxisErrorsError::BeyondTurn { row, .. } => {
             (row, "positions within one turn: every turn has the same errors")
         }
+        AxisErrorsError::Uncertainty { row } => (row, "a standard uncertainty of 0 or more"),
         AxisErrorsError::OpenTurn { row, .. } => {
             (row, "the error of the first row, which is a whole turn before")
         }
@@ -138,19 +147,25 @@ impl Column {
     }
 }
 
-/// The units of a head like `position[mm],error[nm]`; `None` of another text, and of units that the axis has not.
-fn units(head: &str, rotary: bool) -> Option<[Column; 2]> {
-    let mut columns = fields(head);
-    let [position, error] = ["position", "error"].map(|name| {
-        let unit =
-            columns.next()?.strip_prefix(name)?.trim().strip_prefix('[')?.strip_suffix(']')?;
+/// The units of a head like `position[mm],error[nm]`, with `,u[nm]` after it where uncertainties are stated; `None` of another
+/// text, and of units that the axis has not.
+fn units(head: &str, rotary: bool) -> Option<Vec<Column>> {
+    let columns: Vec<&str> = fields(head).collect();
+    if !(2..=NAMES.len()).contains(&columns.len()) {
+        return None;
+    }
+    let unit = |(column, name): (&&str, &&str)| {
+        let unit = column.strip_prefix(name)?.trim().strip_prefix('[')?.strip_suffix(']')?;
         if rotary && matches!(unit.trim(), "deg" | "°") {
             return Some(Column::Degree);
         }
         Unit::from_word(unit).filter(|unit| unit.is_slope() == rotary).map(Column::Of)
-    });
-    columns.next().is_none().then_some([position?, error?])
+    };
+    columns.iter().zip(&NAMES).map(unit).collect()
 }
+
+/// Columns of a table; the last may be absent.
+const NAMES: [&str; 3] = ["position", "error", "u"];
 
 /// Fields of a line between commas, semicolons or tabs.
 fn fields(line: &str) -> impl Iterator<Item = &str> {
@@ -160,9 +175,9 @@ fn fields(line: &str) -> impl Iterator<Item = &str> {
 fn head_of(rotary: bool) -> String {
     match rotary {
         true => {
-            "the head position[rad],error[urad], with units out of rad, mrad, urad, arcsec, deg"
+            "the head position[rad],error[urad], with units out of rad, mrad, urad, arcsec, deg; then ,u[urad] where it is known"
         }
-        false => "the head position[mm],error[nm], with units out of nm, um, mm, cm, m, in",
+        false => "the head position[mm],error[nm], with units out of nm, um, mm, cm, m, in; then ,u[nm] where it is known",
     }
     .to_owned()
 }
@@ -192,6 +207,22 @@ mod tests {
         let table = parse("position[rad]\terror[µrad]\n0\t0\n1\t2\n", true);
         let corrected = table.ok().and_then(|errors| errors.corrected(0.5));
         assert!((corrected.unwrap() - (0.5 - 1e-6)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_third_column_holds_the_uncertainties() {
+        let table = parse("position[mm],error[nm],u[nm]\n-10,-500,20\n10,1500,40\n", false);
+        let table = table.ok().unwrap();
+        assert!((table.uncertain_error_at(0, 0.0) - 30e-6).abs() < 1e-18);
+        assert!((table.corrected(0.0).unwrap() + 500e-6).abs() < 1e-18);
+        let head = "position[mm],error[nm],u[nm]\n";
+        for (rows, expected) in [
+            ("0,0,1\n1,5\n", "3: three numbers, with a decimal point: position, error and u"),
+            ("0,0,1\n1,5,-1\n", "3: a standard uncertainty of 0 or more"),
+        ] {
+            let said = said(&format!("{head}{rows}"), false);
+            assert!(said.starts_with(expected), "{rows:?}: {said}");
+        }
     }
 
     #[test]

@@ -501,7 +501,8 @@ impl Core {
         let (part, plans) = (part.clone(), (contour.clone(), parts.clone()));
         let expected = self.config.expected_points();
         let weighing = Weighing::new(&part, self.config.noise_mm());
-        let worker = Worker::start(part, (*along, *tip), expected, plans, weighing, clock.clone());
+        let by_tip = (*along, *tip, self.config.has_systematic());
+        let worker = Worker::start(part, by_tip, expected, plans, weighing, clock.clone());
         let worker = worker.map_err(folder)?;
         self.clock = clock;
         self.bench = bench;
@@ -551,7 +552,7 @@ impl Core {
             // A pipeline that died is found when its figures do not come.
             let _ = session.worker.points(points).await;
         }
-        let measurement = session.worker.finish().await;
+        let measurement = session.worker.finish(self.bench.systematic()).await;
         let outcome = Outcome::new(&self.bench, session_figures(&session.header, ended));
         session.ending = Some(Ending { at: now, outcome, measurement, asked: Vec::new() });
         self.view.state(State::Finishing);

@@ -23,7 +23,7 @@ use crate::results;
 use crate::station::Point;
 use crate::weighing::Weighing;
 use asphera_measure::Part;
-use asphera_measure::{Along, Measurement, Next, Pipeline, RunningFigures, Tip};
+use asphera_measure::{Along, Measurement, Next, Pipeline, RunningFigures, Systematic, Tip};
 
 /// Newest running figures, if there are any.
 pub(super) type FiguresWatch = watch::Receiver<Option<Arc<RunningFigures>>>;
@@ -48,7 +48,7 @@ enum Work {
     Section(SectionRequest, oneshot::Sender<Cut>),
     Next(oneshot::Sender<Option<Next>>),
     Assess(oneshot::Sender<Arc<RunningFigures>>),
-    Finish(oneshot::Sender<Measurement>),
+    Finish(Vec<Systematic>, oneshot::Sender<Measurement>),
     /// The thread stands until the other end is dropped: a pipeline that does not keep up.
     #[cfg(test)]
     Stand(std::sync::mpsc::Receiver<()>),
@@ -58,7 +58,7 @@ impl Worker {
     /// Starts the thread for one part, of which no more than so many points will come. It ends when it has finished, or the worker is dropped.
     pub(super) fn start(
         part: Part,
-        (along, tip): (Along, Option<Tip>),
+        (along, tip, awaits_systematic): (Along, Option<Tip>, bool),
         expected_points: Option<u64>,
         (contour, parts): (Option<ContourPlan>, Option<PartsPlan>),
         weighing: Weighing,
@@ -67,7 +67,10 @@ impl Worker {
         let (work, receiver) = mpsc::channel(QUEUE);
         let (sender, figures) = watch::channel(None);
         let runtime = Handle::current();
-        let pipeline = Pipeline::along(part, along).with_tip(tip).expecting(expected_points);
+        let pipeline = Pipeline::along(part, along)
+            .with_tip(tip)
+            .awaiting_systematic(awaits_systematic)
+            .expecting(expected_points);
         let turns = Arc::new(AtomicU64::new(0));
         let waiting = Waiting::new();
         let pace = Pace::new(clock, turns.clone(), waiting.clone());
@@ -154,10 +157,13 @@ impl Worker {
         }
     }
 
-    /// Asks for the final figures.
-    pub(super) async fn finish(&self) -> oneshot::Receiver<Measurement> {
+    /// Asks for the final figures, with these errors that all points have together.
+    pub(super) async fn finish(
+        &self,
+        systematic: Vec<Systematic>,
+    ) -> oneshot::Receiver<Measurement> {
         let (reply, measurement) = oneshot::channel();
-        let _ = self.work.send(Work::Finish(reply)).await;
+        let _ = self.work.send(Work::Finish(systematic, reply)).await;
         measurement
     }
 }
@@ -231,8 +237,9 @@ fn run(
                 figures.send_replace(Some(Arc::clone(&newest)));
                 let _ = reply.send(newest);
             }
-            Ok(Some(Work::Finish(reply))) => {
+            Ok(Some(Work::Finish(systematic, reply))) => {
                 figures.send_replace(Some(Arc::new(line.pipeline.figures())));
+                line.pipeline.know_systematic(systematic);
                 let _ = reply.send(line.finish());
                 return;
             }

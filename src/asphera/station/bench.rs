@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use asphera_link::{Command, Motion, Nanos};
-use asphera_measure::Tip;
+use asphera_measure::{Systematic, Tip};
 use asphera_report::{LinkFigures, PlaceFigures, ThermalFigures};
 
 use super::hold_up::Patience;
@@ -17,6 +17,7 @@ use super::line::{Effect, Line};
 use super::places::{Places, clock_figures};
 use super::scan::{ArmError, PlanScanner, ProgramScanner, ScanDecision, ScanPlan, Scanner};
 use super::synchronizer::Record;
+use super::systematic::{Sides, systematic};
 use super::thermal::Thermal;
 use crate::calibration::CalibrationFile;
 
@@ -140,6 +141,8 @@ pub struct Bench {
     calibration: Option<CalibrationFile>,
     thermal: Option<Thermal>,
     tip: Option<Tip>,
+    /// Sides of the centre on which the radial axis stood so far.
+    sides: Sides,
     end: EndSettings,
     scanner: Option<Box<dyn Scanner>>,
     now: Nanos,
@@ -175,6 +178,7 @@ impl Bench {
             calibration: settings.calibration,
             thermal: settings.thermal,
             tip: settings.tip,
+            sides: Sides::default(),
             end: settings.end,
             now: Nanos::ZERO,
             primary_held: None,
@@ -612,6 +616,7 @@ impl Bench {
         for record in self.joined.drain(..) {
             let correction = self.calibration.as_ref().map(CalibrationFile::correction);
             let first = self.points.len();
+            self.kinematics.note_side(&record, &mut self.sides);
             self.kinematics.points(&record, correction, &mut self.points);
             if let Some(tip) = &self.tip {
                 let up = self.kinematics.up(&record);
@@ -632,6 +637,12 @@ impl Bench {
     /// Thermal expansion that was taken out of good points; `None` where there is no table of it, or no good point.
     pub fn thermal(&self) -> Option<ThermalFigures> {
         self.thermal.as_ref().and_then(Thermal::figures)
+    }
+
+    /// Errors that all points have together, as far as their uncertainties are known.
+    pub fn systematic(&self) -> Vec<Systematic> {
+        let calibration = self.calibration.as_ref();
+        systematic(&self.kinematics, self.sides, calibration, self.thermal().as_ref())
     }
 
     /// How well places are known that were joined by time; `None` where they were joined by count, or none is good.

@@ -8,6 +8,7 @@ use asphera_link::{Flags, Nanos};
 
 use super::profiler::{Carriage, Profiler};
 use super::synchronizer::Record;
+use super::systematic::Sides;
 use super::tilting::Tilting;
 
 /// One measured point.
@@ -200,6 +201,17 @@ impl Kinematics {
         };
         let u_mm = if record.spreads.is_empty() { [0.0; 3] } else { self.spread_mm(record, &axes) };
         out.push(Point { u_mm, ..Point::corrected(record, axes, correction, flags) });
+    }
+
+    /// Notes on which side of the centre the radial axis of a polar machine stands at a record.
+    pub(super) fn note_side(&self, record: &Record, sides: &mut Sides) {
+        let Kinematics::Polar { radial, .. } = self else { return };
+        let mut flags = record.flags;
+        let radius_mm = radial.value(record, &mut flags);
+        if flags.is_empty() {
+            sides.before |= radius_mm > 0.0;
+            sides.beyond |= radius_mm < 0.0;
+        }
     }
 
     /// Unit vector along the probe at a record, away from the part, in the part frame.

@@ -16,6 +16,7 @@ mod profiler;
 mod rate;
 mod scan;
 mod synchronizer;
+mod systematic;
 mod thermal;
 mod tilting;
 mod unwrap;

@@ -119,6 +119,7 @@ impl Formed {
                 at_max_mm,
                 at_min_mm,
                 uncertainty,
+                systematic: Vec::new(),
                 unmeasured: None,
             },
             provisional,

@@ -6,7 +6,7 @@ mod spectrum;
 mod texture;
 mod zone;
 
-use asphera_figures::Definition;
+use asphera_figures::{Definition, Unit};
 use asphera_form::Fit;
 use asphera_geometry::{PointMm, VertexId};
 use asphera_report::{FormFigure, SimulatedFigures, UncertaintyFigures, error_chain};
@@ -18,6 +18,7 @@ pub(super) use spectrum::q_spectrum;
 use super::details::FormDetails;
 use super::deviation_map::DeviationMap;
 use super::errors;
+use super::systematic::Contributions;
 use super::uncertainties::{Assessed, COVERAGE};
 use crate::Part;
 
@@ -48,6 +49,8 @@ pub(super) struct Measured<'a> {
     pub(super) noise_nm: Option<f64>,
     /// Uncertainties, where there is a budget.
     pub(super) assessed: Option<&'a Assessed>,
+    /// What systematic errors add to these.
+    pub(super) systematic: &'a Contributions,
 }
 
 /// A figure that a limit may be held against.
@@ -63,11 +66,16 @@ pub(super) struct Limited {
 
 impl Measured<'_> {
     /// The figure with what simulated measurements tell of it.
-    fn with_uncertainty(&self, figure: FormFigure, simulated: Option<&Simulated>) -> FormFigure {
+    fn with_uncertainty(
+        &self,
+        definition: Definition,
+        figure: FormFigure,
+        simulated: Option<&Simulated>,
+    ) -> FormFigure {
         let Some((simulated, assessed)) = simulated.zip(self.assessed) else { return figure };
         let [low, high] = simulated.interval(COVERAGE);
         let model = errors::model(self.part);
-        let told = SimulatedFigures {
+        let mut told = SimulatedFigures {
             model: model.to_owned(),
             low,
             high,
@@ -78,7 +86,12 @@ impl Measured<'_> {
             draws: simulated.draws,
             seed: assessed.draws.seed,
         };
-        FormFigure { u: Some(simulated.u), simulated: Some(told), ..figure }
+        let mut u = simulated.u;
+        if definition.unit() == Unit::Nanometres {
+            let at_most_nm = self.systematic.at_most_nm(definition);
+            u = self.systematic.count_simulated((figure.value, u), &mut told, at_most_nm);
+        }
+        FormFigure { u: Some(u), simulated: Some(told), ..figure }
     }
 }
 

@@ -102,7 +102,8 @@ fn figures(
     let figure = |figure: Figure| {
         let own = simulated.iter().find(|(definition, _)| *definition == figure.definition);
         let own = own.map(|(_, simulated)| simulated);
-        measured.with_uncertainty(naming::figure(figure, kind.to_owned()), own)
+        let definition = figure.definition;
+        measured.with_uncertainty(definition, naming::figure(figure, kind.to_owned()), own)
     };
     TextureFigures {
         surface: kind.to_owned(),

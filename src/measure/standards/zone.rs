@@ -57,8 +57,11 @@ pub(super) fn figures(
     contacts.sort_by(|a, b| b.share.total_cmp(&a.share));
     let width = Figure { definition: Definition::MinimumZone, value: found.zone_mm * NM_PER_MM };
     MinimumZoneFigures {
-        width: measured
-            .with_uncertainty(naming::figure(width, "of all points used".to_owned()), simulated),
+        width: measured.with_uncertainty(
+            width.definition,
+            naming::figure(width, "of all points used".to_owned()),
+            simulated,
+        ),
         method: found.method.to_owned(),
         termination: termination(found),
         settled: found.termination.is_settled(),

@@ -5,6 +5,7 @@ use asphera_report::{TipFigures, Verdict};
 use super::solve::{Found, Solved, TOO_HOLLOW};
 use crate::judgement::{doubt, undecide};
 use crate::measurement::Measurement;
+use crate::systematic::BALL;
 
 /// Adds to the figures of the contacts what is known of their compensation.
 pub(crate) fn conclude(solved: &Solved, measurement: &mut Measurement) {
@@ -16,6 +17,12 @@ pub(crate) fn conclude(solved: &Solved, measurement: &mut Measurement) {
         figures.neglected_nm =
             slope.map(|slope| 0.5 * figures.radius_mm * slope * slope * NM_PER_MM);
     }
+    let form = measurement.report.form.as_ref();
+    let of_radius = form.and_then(|form| {
+        form.deviation.systematic.iter().find(|systematic| systematic.source == BALL)
+    });
+    figures.u_pv_nm = of_radius.and_then(|found| found.u_pv_nm);
+    figures.u_rms_nm = of_radius.and_then(|found| found.u_rms_nm);
     judge(solved, &figures, &mut measurement.report.verdict);
     measurement.report.points.tip = Some(Box::new(figures));
 }
@@ -28,10 +35,14 @@ fn figures(solved: &Solved) -> TipFigures {
         reads: tip.reads.word().to_owned(),
         ..TipFigures::default()
     };
-    let Found { steepest, most_hollow, u_nm } = match &solved.found {
+    let Found { contacts, steepest, most_hollow } = match &solved.found {
         Ok(found) => *found,
         Err(why) => return TipFigures { uncompensated: Some(why.to_string()), ..of_settings },
     };
+    let of_settings = TipFigures { contacts: Some(contacts), passes: solved.passes, ..of_settings };
+    if contacts == 0 {
+        return of_settings;
+    }
     let (cosine, steepest_at_mm) = steepest;
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
     let radius_nm = tip.radius_mm * NM_PER_MM;
@@ -39,7 +50,6 @@ fn figures(solved: &Solved) -> TipFigures {
     let is_hollow = hollow_per_mm > 0.0;
     let share = tip.radius_mm * hollow_per_mm;
     TipFigures {
-        passes: solved.passes,
         last_move_nm: solved.last_move_mm * NM_PER_MM,
         steepest_deg: sine.atan2(cosine).to_degrees(),
         // As sin²/(cos·(1 + cos)): near the crest the difference would be rounding.
@@ -48,8 +58,6 @@ fn figures(solved: &Solved) -> TipFigures {
         steepest_at_mm,
         hollow_share: (is_hollow && share.is_finite()).then_some(share),
         hollow_at_mm: is_hollow.then_some(hollow_at_mm),
-        u_pv_nm: u_nm.map(|[pv_nm, _]| pv_nm),
-        u_rms_nm: u_nm.map(|[_, rms_nm]| rms_nm),
         ..of_settings
     }
 }
@@ -79,6 +87,12 @@ fn judge(solved: &Solved, figures: &TipFigures, verdict: &mut Verdict) {
         let why = format!("points are the lowest points of the ball tip, not its contacts: {why}");
         return doubt(verdict, why);
     }
+    if figures.contacts == Some(0) {
+        return doubt(
+            verdict,
+            "no centre of the ball tip has a contact with the nominal".to_owned(),
+        );
+    }
     if let (Some(count), Some([x, y, z])) = (solved.untouched.get(TOO_HOLLOW), figures.hollow_at_mm)
     {
         let why = format!(
@@ -94,12 +108,6 @@ fn judge(solved: &Solved, figures: &TipFigures, verdict: &mut Verdict) {
             figures.last_move_nm, figures.passes
         );
         undecide(verdict, why);
-    }
-    if let (Some(pv_nm), Some(rms_nm)) = (figures.u_pv_nm, figures.u_rms_nm) {
-        verdict.reasons.push(format!(
-            "the standard uncertainty of the tip's radius changes PV by {pv_nm:.3} nm and RMS by {rms_nm:.3} nm, which the u of figures \
-             does not count"
-        ));
     }
     if let Some(nm) = figures.neglected_nm.filter(|nm| *nm > NEGLIGIBLE_NM) {
         verdict.reasons.push(format!(

@@ -8,9 +8,10 @@ use asphera_geometry::{Point, PointMm, RANGE_MM};
 use asphera_surface::Plane;
 use rayon::prelude::*;
 
-use super::{Centres, Tip, TipReads, UP};
+use super::{Centres, Tip, UP};
 use crate::fitting::{Fitted, NoFit, fitted};
 use crate::profile::{Line, fit_along};
+use crate::systematic::Systematic;
 use crate::{Part, Weights};
 
 /// Contacts of all centres.
@@ -29,12 +30,11 @@ pub(crate) struct Solved {
 /// Extremes of the contacts, measured frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
+    pub(super) contacts: u64,
     /// Smallest cosine between normal and probe, and its contact, mm.
     pub(super) steepest: (f64, PointMm),
     /// Largest curvature towards the ball, 1/mm, and its centre, mm.
     pub(super) most_hollow: (f64, PointMm),
-    /// Changes of PV and RMS by the standard uncertainty of the radius, nm.
-    pub(super) u_nm: Option<[f64; 2]>,
 }
 
 /// A centre on its way to its contact, in the frame of the plane of projection.
@@ -63,12 +63,19 @@ impl Centres {
                 break;
             }
         }
-        let found = fit.map(|fit| solving.found(&fit));
+        let found = fit.map(|_| solving.found());
         let (contacts, untouched) = match &found {
             Ok(_) => solving.contacts(&known),
             Err(_) => (solving.lowest(&known), BTreeMap::new()),
         };
         Solved { contacts, untouched, tip, found, passes, last_move_mm }
+    }
+}
+
+impl Solved {
+    /// The radius of the ball as an error that all contacts have together; `None` where points are no contacts.
+    pub(crate) fn systematic(&self) -> Option<Systematic> {
+        self.found.is_ok().then(|| Systematic::of_tip(&self.tip))
     }
 }
 
@@ -167,7 +174,7 @@ impl Solving<'_> {
         known.iter().map(|point| Point { at_mm: lower(point), ..*point }).collect()
     }
 
-    fn found(&self, laid: &Fitted) -> Found {
+    fn found(&self) -> Found {
         let touching =
             self.balls.iter().filter_map(|ball| Some((ball, ball.touched.as_ref().ok()?)));
         let (mut steepest, mut most_hollow) = ((1.0, [0.0; 3]), (f64::NEG_INFINITY, [0.0; 3]));
@@ -186,37 +193,8 @@ impl Solving<'_> {
             most_hollow = (f64::INFINITY, ball.centre_mm);
         }
         let measured = |(value, at_mm): (f64, PointMm)| (value, self.plane.from_plane(at_mm));
-        Found {
-            steepest: measured(steepest),
-            most_hollow: measured(most_hollow),
-            u_nm: self.u_nm(laid),
-        }
-    }
-
-    /// Changes of PV and RMS where the radius is larger by its standard uncertainty: the contacts lie deeper by it along
-    /// their normals, and higher by it along the probe where the reading is that of the lowest point.
-    fn u_nm(&self, laid: &Fitted) -> Option<[f64; 2]> {
-        let u_mm = self.tip.u_radius_mm;
-        let lift_mm = if self.tip.reads == TipReads::Lowest { u_mm } else { 0.0 };
-        let touching = self.balls.iter().filter_map(|ball| ball.touched.ok());
-        let (as_is_mm, moved_mm): (Vec<PointMm>, Vec<PointMm>) = touching
-            .map(|touched| {
-                let deeper_mm = plus(touched.at_mm, -u_mm, touched.normal);
-                (touched.at_mm, plus(deeper_mm, lift_mm, UP))
-            })
-            .unzip();
-        let figures = |places_mm: &[PointMm], laid: &Fitted| {
-            let all_mm = asphera_form::deviations(places_mm, &laid.fit.nominal, &laid.fit.pose);
-            asphera_form::Figures::new(places_mm, &all_mm, &laid.fit.pose, &laid.aperture)
-        };
-        if u_mm <= 0.0 {
-            return None;
-        }
-        let (as_is, moved) = (
-            figures(&as_is_mm, laid)?,
-            self.fit_of(&moved_mm, false).ok().and_then(|moved| figures(&moved_mm, &moved))?,
-        );
-        Some([(moved.pv_nm - as_is.pv_nm).abs(), (moved.rms_nm - as_is.rms_nm).abs()])
+        let contacts = self.balls.iter().filter(|ball| ball.touched.is_ok()).count() as u64;
+        Found { contacts, steepest: measured(steepest), most_hollow: measured(most_hollow) }
     }
 }
 

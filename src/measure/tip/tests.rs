@@ -161,10 +161,12 @@ fn few_points_and_bad_radii_are_said() {
 fn the_uncertainty_of_the_radius_has_its_effect() {
     let sphere = |x: f64, y: f64| (400.0 - x * x - y * y).sqrt() - 20.0;
     let balls = centres(raster(18), &Pose::default(), BALL_MM, sphere);
+    // No contact lies on the edge, which it would cross with the radius.
+    let nominal = &SPHERE.replace("radius_mm = 8", "radius_mm = 8.01");
     let with_u = Tip::new(BALL_MM, 1e-4, TipReads::Centre).unwrap();
-    let of_true = pv_nm(&measured(SPHERE, Some(tip(BALL_MM)), &balls).report);
-    let other = pv_nm(&measured(SPHERE, Some(tip(BALL_MM + 1e-4)), &balls).report);
-    let figures = measured(SPHERE, Some(with_u), &balls).report.points.tip.unwrap();
+    let of_true = pv_nm(&measured(nominal, Some(tip(BALL_MM)), &balls).report);
+    let other = pv_nm(&measured(nominal, Some(tip(BALL_MM + 1e-4)), &balls).report);
+    let figures = measured(nominal, Some(with_u), &balls).report.points.tip.unwrap();
     let u_nm = figures.u_pv_nm.unwrap();
     assert!(other > 5.0 && (u_nm - (other - of_true)).abs() < 0.01 * u_nm, "{u_nm} {other}");
 }
@@ -213,5 +215,45 @@ fn a_tilted_plane_is_exact() {
     assert!(pv_nm(&found.report) < 1e-3);
     for point in &found.points_mm {
         assert!(pose.to_part(*point)[2].abs() < 1e-12);
+    }
+}
+
+/// A centre that reaches no nominal has no contact: the report says that, and names no largest correction.
+#[test]
+fn a_tip_without_any_contact_is_said() {
+    let nominal = "[surface]\nkind = \"sphere\"\nradius_mm = 2\n[fit]\nfree = [\"tz\"]\n";
+    let points: Vec<PointMm> = raster(2).map(|[x, y]| [x, y, 6.0]).collect();
+    let report = measured(nominal, Some(tip(2.5)), &points).report;
+    let figures = report.points.tip.as_deref().unwrap();
+    assert_eq!((figures.contacts, figures.largest_height_nm), (Some(0), 0.0), "{figures:?}");
+    assert_eq!(report.verdict.status, Status::Undecided, "{:?}", report.verdict);
+    assert_eq!(report.points.flagged.values().sum::<u64>(), 25, "{:?}", report.points);
+}
+
+/// With either side allowed the ball touches the side that it was on, whichever way the design looks.
+#[test]
+fn a_part_measured_from_either_side_is_compensated() {
+    let either = |radius_mm: i32| {
+        format!(
+            "[surface]\nkind = \"asphere\"\nradius_mm = {radius_mm}\nconic = -0.4\nA4 = 1e-5\n[aperture]\nshape = \"circle\"\nradius_mm = 8.1\n\
+             [fit]\nfree = [\"tx\", \"ty\", \"tz\", \"rx\", \"ry\"]\nside = \"either\"\n"
+        )
+    };
+    for (radius_mm, height_sign) in [(20, 1.0), (20, -1.0), (-20, 1.0), (-20, -1.0)] {
+        // Upside down the height and the places of one axis change their sign.
+        let sag = move |x: f64, y: f64| {
+            let (c, square) = (1.0 / f64::from(radius_mm), x * x + y * y);
+            let root = (1.0 - 0.6 * c * c * square).sqrt();
+            let form_mm = 1e-4 * (0.8 * x).sin() * (0.6 * y).cos();
+            height_sign * (c * square / (1.0 + root) + 1e-5 * square * square + form_mm)
+        };
+        let truth =
+            measured(&either(radius_mm), None, &centres(raster(18), &Pose::default(), 0.0, sag));
+        let balls = centres(raster(18), &Pose::default(), BALL_MM, sag);
+        let found = measured(&either(radius_mm), Some(tip(BALL_MM)), &balls);
+        let tip = found.report.points.tip.as_deref().unwrap();
+        let [truth, with] = [&truth, &found].map(|of| pv_nm(&of.report));
+        assert!(truth < 400.0 && (with - truth).abs() < 0.2, "{with} for {truth}: {tip:?}");
+        assert!(tip.uncompensated.is_none() && tip.largest_height_nm > 2e4, "{tip:?}");
     }
 }

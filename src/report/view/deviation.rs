@@ -1,10 +1,11 @@
 //! The form deviation in words: PV and RMS, their uncertainty, what was not measured.
 
 use super::reliability;
-use super::{Chapter, ChapterId, Fact};
+use super::{Chapter, ChapterId, Fact, Layout, Table};
 use crate::words::{percent, place, short, with_u};
 use crate::{
-    DeviationFigures, FormFigures, SamplingFigures, UncertaintyFigures, UnmeasuredFigures,
+    DeviationFigures, FormFigures, SamplingFigures, SystematicFigures, UncertaintyFigures,
+    UnmeasuredFigures,
 };
 
 /// PV, RMS and coverage, as they stand in large letters.
@@ -67,7 +68,14 @@ pub(super) fn chapter(form: &FormFigures) -> Chapter {
     }
     chapter.facts(facts);
     if let Some(known) = &deviation.uncertainty {
-        chapter.note(reliability::of_uncertainty(known));
+        chapter.note(reliability::of_uncertainty(known, &deviation.systematic));
+    }
+    if !deviation.systematic.is_empty() {
+        chapter.table(systematic(&deviation.systematic));
+        chapter.note(reliability::of_systematic(
+            &deviation.systematic,
+            deviation.uncertainty.is_some(),
+        ));
     }
     if let Some(found) = &deviation.unmeasured {
         chapter.note(reliability::of_unmeasured(found));
@@ -109,6 +117,21 @@ fn hidden(found: &UnmeasuredFigures) -> Option<String> {
     let share = share.map(|share| format!("{} of the aperture not measured", percent(share)));
     let said: Vec<String> = [between, share].into_iter().flatten().collect();
     (!said.is_empty()).then(|| said.join("; "))
+}
+
+/// Contributions of systematic errors, a row a source that is counted.
+fn systematic(all: &[SystematicFigures]) -> Table {
+    let columns = [
+        ("Source", Layout::Text),
+        ("u of PV, nm", Layout::Number),
+        ("u of RMS, nm", Layout::Number),
+    ];
+    let mut table = Table::new(&columns).titled("Systematic errors, k = 1");
+    let row = |one: &SystematicFigures| {
+        Some(vec![one.source.clone(), short(one.u_pv_nm?), short(one.u_rms_nm?)])
+    };
+    table.rows.extend(all.iter().filter_map(row));
+    table
 }
 
 /// Standard uncertainties and intervals of PV and RMS.

@@ -58,6 +58,9 @@ fn ball_tip(tip: &TipFigures) -> String {
     if let Some(why) = &tip.uncompensated {
         return format!("{radius}, not compensated: {why}");
     }
+    if tip.contacts == Some(0) {
+        return format!("{radius}, and no centre has a contact with the nominal");
+    }
     let mut text = format!(
         "{radius} compensated, up to {} nm in height at {}°",
         short(tip.largest_height_nm),
@@ -65,7 +68,7 @@ fn ball_tip(tip: &TipFigures) -> String {
     );
     if let (Some(pv_nm), Some(rms_nm)) = (tip.u_pv_nm, tip.u_rms_nm) {
         text.push_str(&format!(
-            "; u of the radius {} nm changes PV by {} nm and RMS by {} nm, which figures do not count",
+            "; its u of {} nm adds {} nm to u of PV and {} nm to u of RMS",
             short(tip.u_radius_mm * 1e6),
             short(pv_nm),
             short(rms_nm)

@@ -2,12 +2,15 @@
 
 use crate::words::{count, percent, short};
 use crate::{
-    CorrelationFigures, FitDetails, FitFigures, SimulatedFigures, UncertaintyFigures,
-    UnmeasuredFigures,
+    CorrelationFigures, FitDetails, FitFigures, SimulatedFigures, SystematicFigures,
+    UncertaintyFigures, UnmeasuredFigures,
 };
 
 /// Errors that the uncertainty of PV and RMS counts.
-pub(super) fn of_uncertainty(known: &UncertaintyFigures) -> String {
+pub(super) fn of_uncertainty(
+    known: &UncertaintyFigures,
+    systematic: &[SystematicFigures],
+) -> String {
     let mut text = format!(
         "Uncertainty (k = 1) by {}. PV covers {}; noise makes {} {} nm of it. RMS covers {}. Noise of a point {} nm ({}).",
         known.model,
@@ -22,12 +25,31 @@ pub(super) fn of_uncertainty(known: &UncertaintyFigures) -> String {
         text.push_str(&format!(" {draws} simulated measurements, seed {seed}."));
     }
     if known.model == UncertaintyFigures::NOISE_ONLY {
-        text.push_str(
-            " It does not include errors correlated from point to point, nor those of the machine. State them in the table \
-             [uncertainty] of the nominal file.",
-        );
+        let beside = if systematic.is_empty() { "" } else { " beside the systematic ones below" };
+        text.push_str(&format!(
+            " It does not include errors correlated from point to point, nor those of the machine{beside}. State them in the table \
+             [uncertainty] of the nominal file."
+        ));
     }
     text
+}
+
+/// What is counted of systematic errors, and what is not. `known`: whether there is a u that counts them.
+pub(super) fn of_systematic(all: &[SystematicFigures], known: bool) -> String {
+    let mut said = Vec::new();
+    if all.iter().any(|one| one.not_counted.is_none()) {
+        said.push(match known {
+            true => "u of PV, RMS, limited figures, pose and shape counts these sources as independent of each other. What the fit \
+                     takes up of them is not in it"
+                .to_owned(),
+            false => "u of pose and shape counts these sources. PV and RMS have no u, as their noise is not known".to_owned(),
+        });
+    }
+    let not_counted = |one: &SystematicFigures| {
+        Some(format!("Not counted: {}: {}", one.source, one.not_counted.as_deref()?))
+    };
+    said.extend(all.iter().filter_map(not_counted));
+    format!("{}.", said.join(". "))
 }
 
 /// What the unmeasured area and the gaps between points may hide.

@@ -117,6 +117,19 @@ impl Finding {
         self.value - self.bias
     }
 
+    /// The same with an error that all points have together: `u` is its standard uncertainty of the figure, taken as certain, and
+    /// independent of all else.
+    #[must_use]
+    pub fn with_systematic(self, u: f64) -> Finding {
+        let Some(own) = self.u else { return self };
+        let square = self.square.map(|square| square.with_systematic(u));
+        // Welch and Satterthwaite (JCGM 100:2008, G.4); of an average of squares near nothing u is less than the sum.
+        let dof =
+            if own > 0.0 { self.dof * (1.0 + (u / own).powi(2)).powi(2) } else { f64::INFINITY };
+        let u = square.map_or(own.hypot(u), |square| square.u());
+        Finding { u: Some(u), dof: if u > 0.0 { dof } else { self.dof }, square, ..self }
+    }
+
     /// An interval that holds the figure of the part, without noise and over the area, with probability `p`, above 0 and below
     /// 1; never below 0, as no figure that has a limit is. `None` without an uncertainty, and of what is no average.
     pub fn interval(&self, p: f64) -> Option<[f64; 2]> {
