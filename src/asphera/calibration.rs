@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::str::FromStr as _;
 
-use asphera_calibrate::{Artefact, Calibration, Correction, HeightMap, Machine, Term};
+use asphera_calibrate::{Artefact, Calibration, Correction, HeightMap, Machine, Parameter, Term};
 use asphera_report::CalibrationFigures;
 use asphera_settings::{File, Problems, Section};
 use jiff::{SignedDuration, Timestamp};

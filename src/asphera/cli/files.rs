@@ -91,9 +91,12 @@ fn pipeline(
         check_uncertainties(&part, source)?;
     }
     let mut pipeline = Pipeline::along(part, along).with_tip(tip);
-    if let Content::File(topography) = source.content() {
-        let places = topography.points().map(|[x, ..]| x);
-        pipeline.know_slopes(places.zip(topography.slopes().iter().copied()));
+    match source.content() {
+        Content::File(topography) => {
+            let places = topography.points().map(|[x, ..]| x);
+            pipeline.know_slopes(places.zip(topography.slopes().iter().copied()));
+        }
+        Content::Session(session) => pipeline.know_systematic(session.systematic()),
     }
     Ok(pipeline)
 }

@@ -182,6 +182,12 @@ impl Config {
         }
     }
 
+    /// Whether its points have errors together: those of a calibration, of tables of axes, of temperatures.
+    pub fn has_systematic(&self) -> bool {
+        let has_table = || self.kinematics.axes().iter().any(|axis| axis.errors.is_some());
+        self.calibration.is_some() || self.thermal.is_some() || has_table()
+    }
+
     /// Noise of the heights of its points, mm, where they are joined by time and it is stated.
     pub fn noise_mm(&self) -> Option<f64> {
         self.sync.time.as_ref()?.noise_mm

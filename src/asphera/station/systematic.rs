@@ -109,7 +109,9 @@ fn absent(correction: &Correction) -> Vec<&'static str> {
 /// Tables of errors along axes, each a source.
 fn of_axes(kinematics: &Kinematics, places: Places) -> Vec<Systematic> {
     let named = match kinematics {
-        Kinematics::Cartesian { x, y, z } => vec![(x, Way::Along(0)), (y, Way::Along(1)), (z, Way::Along(2))],
+        Kinematics::Cartesian { x, y, z } => {
+            vec![(x, Way::Along(0)), (y, Way::Along(1)), (z, Way::Along(2))]
+        }
         Kinematics::Polar { rotary, radial, probe } => {
             vec![(rotary, Way::Turn), (radial, Way::Outwards), (probe, Way::Along(2))]
         }
@@ -173,7 +175,8 @@ fn source_of(file: &str) -> String {
 }
 
 const UM_PER_M: f64 = 1e6;
-const BOTH_SIDES: &str = "the radial axis stood on both sides of the centre, and points do not say on which";
+const BOTH_SIDES: &str =
+    "the radial axis stood on both sides of the centre, and points do not say on which";
 const TURNED: &str = "points of a line scanner or a tilting probe over a part that turns do not say where the axes stood";
 const NO_AXIS: &str = "points of a line scanner or a tilting probe do not say where its axes stood";
 

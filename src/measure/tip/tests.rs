@@ -252,6 +252,14 @@ fn a_part_measured_from_either_side_is_compensated() {
         let balls = centres(raster(18), &Pose::default(), BALL_MM, sag);
         let found = measured(&either(radius_mm), Some(tip(BALL_MM)), &balls);
         let tip = found.report.points.tip.as_deref().unwrap();
+        for report in [&truth.report, &found.report] {
+            assert!(
+                report.form.is_some(),
+                "{radius_mm} {height_sign} {:?} {:?}",
+                report.verdict,
+                report.points
+            );
+        }
         let [truth, with] = [&truth, &found].map(|of| pv_nm(&of.report));
         assert!(truth < 400.0 && (with - truth).abs() < 0.2, "{with} for {truth}: {tip:?}");
         assert!(tip.uncompensated.is_none() && tip.largest_height_nm > 2e4, "{tip:?}");

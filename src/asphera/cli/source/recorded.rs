@@ -14,7 +14,7 @@ use crate::replay::{Playback, Played};
 use crate::station::Point;
 use crate::weighing::Weighing;
 use asphera_measure::Part;
-use asphera_measure::{Along, Measurement, Tip, contacts};
+use asphera_measure::{Along, Measurement, Systematic, Tip, contacts};
 
 /// The points of a session as its station took them, good and flagged ones, in order.
 pub(in crate::cli) struct Recorded {
@@ -95,6 +95,11 @@ impl Recorded {
     /// How many points may not be used.
     pub(super) fn flagged(&self) -> usize {
         self.points.iter().filter(|point| !point.is_good()).count()
+    }
+
+    /// Errors that all its points have together.
+    pub(in crate::cli) fn systematic(&self) -> impl Iterator<Item = Systematic> {
+        self.played.systematic()
     }
 
     /// Losses of the session and of its recording, in the words of the report.
