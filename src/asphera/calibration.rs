@@ -1,5 +1,7 @@
 //! Files of calibrations: what a machine's errors are, since when, and for how long.
 
+mod correlated;
+
 use std::fmt::Write as _;
 use std::str::FromStr as _;
 
@@ -7,6 +9,8 @@ use asphera_calibrate::{Artefact, Calibration, Correction, HeightMap, Machine, P
 use asphera_report::CalibrationFigures;
 use asphera_settings::{File, Problems, Section};
 use jiff::{SignedDuration, Timestamp};
+
+pub use correlated::Uncertainties;
 
 /// First key of every such file.
 const FORMAT: &str = "asphera.calibration/1";
@@ -20,8 +24,8 @@ pub struct CalibrationFile {
     made: Timestamp,
     valid_days: u32,
     correction: Correction,
-    /// Standard uncertainties of the parameters that it holds.
-    u: Vec<(Parameter, f64)>,
+    /// Of the parameters that it holds.
+    u: Uncertainties,
     /// Terms of the map of heights with their standard uncertainties for values.
     u_heights: Vec<HeightMap>,
 }
@@ -46,8 +50,8 @@ impl CalibrationFile {
         &self.correction
     }
 
-    /// Standard uncertainties of its parameters: ratios, rad or mm, as [`Parameter::quantity`] says. They count as independent.
-    pub fn uncertainties(&self) -> &[(Parameter, f64)] {
+    /// Standard uncertainties of its parameters, with their correlations where it states these.
+    pub fn uncertainties(&self) -> &Uncertainties {
         &self.u
     }
 
@@ -121,6 +125,7 @@ fn read(root: &Section<'_>) -> Option<CalibrationFile> {
         }
     }
     parameters.finish();
+    let u = correlated(root, machine, Uncertainties::new(uncertainties));
     let map = root.section("map");
     let found = if map.is_present() { Some(heights(&map)?) } else { None };
     let (heights, u_heights) = found.map_or((None, Vec::new()), |(map, u)| (Some(map), u));
@@ -128,13 +133,30 @@ fn read(root: &Section<'_>) -> Option<CalibrationFile> {
     if correction.is_none() {
         root.problem("parameters", "finite values", "another");
     }
-    Some(CalibrationFile {
-        made: made?,
-        valid_days,
-        correction: correction?,
-        u: uncertainties,
-        u_heights,
-    })
+    Some(CalibrationFile { made: made?, valid_days, correction: correction?, u: u?, u_heights })
+}
+
+/// Uncertainties with the correlations that a file states; without any they are as they were.
+fn correlated(root: &Section<'_>, machine: Machine, own: Uncertainties) -> Option<Uncertainties> {
+    let words: Vec<(&str, Parameter)> =
+        machine.parameters().iter().map(|parameter| (parameter.word(), *parameter)).collect();
+    let mut pairs = Vec::new();
+    for section in root.array("correlation") {
+        let first = section.required_word("of", &words);
+        let second = section.required_word("with", &words);
+        let value: Option<f64> = section.required("value");
+        section.finish();
+        pairs.push((first?, second?, value?));
+    }
+    if pairs.is_empty() {
+        return Some(own);
+    }
+    let found = own.correlated(&pairs);
+    if found.is_none() {
+        let expected = "correlations from -1 to 1 of pairs of its parameters, each pair once, that hold together";
+        root.problem("correlation", expected, "others");
+    }
+    found
 }
 
 /// A standard uncertainty: finite and not negative.
@@ -228,6 +250,7 @@ pub fn written(
             float(estimate.u * units)
         );
     }
+    text.push_str(&correlations(found));
     for undetermined in &found.undetermined {
         let _ = writeln!(
             text,
@@ -237,6 +260,28 @@ pub fn written(
     }
     if let Some(map) = found.correction.map() {
         text.push_str(&map_text(map.radius_mm(), &found.map));
+    }
+    text
+}
+
+/// Correlations of the parameters, each pair once.
+fn correlations(found: &Calibration) -> String {
+    let size = found.parameters.len();
+    let covariance = |row: usize, column: usize| found.covariance[row * size + column];
+    let mut text = String::new();
+    for row in 0..size {
+        for column in row + 1..size {
+            let of_both = (covariance(row, row) * covariance(column, column)).sqrt();
+            let value = covariance(row, column) / of_both;
+            if value.is_finite() && value != 0.0 {
+                let [of, with] = [row, column].map(|at| found.parameters[at].parameter.word());
+                let value = float(value.clamp(-1.0, 1.0));
+                let _ = writeln!(
+                    text,
+                    "\n[[correlation]]\nof = \"{of}\"\nwith = \"{with}\"\nvalue = {value}"
+                );
+            }
+        }
     }
     text
 }
@@ -306,10 +351,21 @@ mod tests {
                 assert!((corrected[axis] - expected[axis]).abs() < 1e-15, "{text}");
             }
             assert_eq!(read.figures().valid_until, "1970-01-31T00:00:00Z");
-            for (estimate, (parameter, u)) in found.parameters.iter().zip(read.uncertainties()) {
+            for (estimate, (parameter, u)) in
+                found.parameters.iter().zip(&read.uncertainties().parameters)
+            {
                 assert!(estimate.parameter == *parameter && (estimate.u - u).abs() < 1e-15);
             }
             assert_eq!(read.height_uncertainties().len(), found.map.len());
+            let size = found.parameters.len();
+            let errors = &read.uncertainties().errors;
+            for at in 0..size * size {
+                let (row, column) = (at / size, at % size);
+                let sum: f64 = errors.iter().map(|error| error[row] * error[column]).sum();
+                let expected = found.covariance[at];
+                let scale = found.parameters[row].u * found.parameters[column].u;
+                assert!((sum - expected).abs() < 1e-4 * scale, "{row} {column}: {sum} {expected}");
+            }
         }
     }
 

@@ -103,10 +103,7 @@ impl Inspection<'_> {
             let measured = self.measured(fitted, map.as_ref(), noise_nm, (by_budget, &systematic));
             standards::add(&measured, details);
         }
-        let sources = made.map(|(fitted, _)| {
-            let deviating = (points, self.deviations_mm);
-            Sources::new(part, fitted, deviating, by_budget).with_systematic(fitted, &systematic)
-        });
+        let sources = made.map(|(fitted, _)| self.sources(fitted, by_budget, &systematic));
         begin(Step::Unmeasured);
         let unmeasured =
             self.unmeasured(fitted.map(|fitted| &fitted.fit), self.deviations_mm, self.found);
@@ -156,6 +153,18 @@ impl Inspection<'_> {
             (self.mesh.points(), self.deviations_mm, self.areas_mm2);
         let moving = Moving { part, plane, fitted, points, deviations_mm, areas_mm2 };
         Contributions::new(self.systematic, moving)
+    }
+
+    /// What the fit says of its uncertainties.
+    fn sources(
+        &self,
+        fitted: &Fitted,
+        by_budget: Option<&Assessed>,
+        systematic: &Contributions,
+    ) -> Sources {
+        let deviating = (self.mesh.points(), self.deviations_mm);
+        let sources = Sources::new(self.part, fitted, deviating, by_budget);
+        sources.with_systematic(fitted, systematic)
     }
 
     /// Uncertainties of PV and RMS, where they are known.

@@ -122,9 +122,7 @@ pub(super) fn measure(
     if let Ok(fit) = result {
         count(&mut points, fit);
     }
-    let well_sampled = look.triangles.iter().zip(&look.covered);
-    let well_sampled = well_sampled.filter_map(|(&corners, &covered)| covered.then_some(corners));
-    let areas_mm2 = areas_mm2(mesh.points(), well_sampled);
+    let areas_mm2 = areas_of(&mesh, &look);
     let inspection = Inspection {
         part: &part,
         mesh: &mesh,
@@ -163,6 +161,13 @@ pub(super) fn measure(
         cells,
         next,
     }
+}
+
+/// The area that each vertex stands for, of triangles that are sampled densely enough, mm².
+fn areas_of(mesh: &Mesh, look: &Assessment) -> Vec<f64> {
+    let triangles = look.triangles.iter().zip(&look.covered);
+    let covered = triangles.filter_map(|(&corners, &covered)| covered.then_some(corners));
+    areas_mm2(mesh.points(), covered)
 }
 
 /// Where the aperture was laid: without a fit nobody knows where the part lies.

@@ -6,6 +6,7 @@
 //! revolution is turned about z first, for that surface looks the same from all sides.
 
 mod along;
+mod formed;
 mod laid;
 mod limits;
 mod line;
@@ -20,6 +21,7 @@ use asphera_report::{
     FormFigures, MeshFigures, Points, ProfileFigures, Report, SamplingFigures, Verdict,
 };
 use asphera_surface::Plane;
+use formed::{Formed, contributions};
 use laid::{in_plane, laid};
 use limits::{hold_others, is_of_deviation};
 pub(super) use line::Line;
@@ -30,16 +32,15 @@ use super::assessment::with_counts;
 use super::correlated::Sources;
 use super::cutting::{FinishedMesh, Setting};
 use super::defects;
-use super::details::{FormDetails, places_mm};
-use super::figures::{self, Ingredients};
+use super::details::FormDetails;
 use super::fitting::{Fitted, NoFit, fitted};
-use super::judged::{self, Sure, of_zones};
+use super::judged::{self, Sure};
 use super::judgement::{Plain, judge, plainly, undecide};
 use super::measurement::{Measurement, deviation, report};
 use super::naming::{self, ProfileSlope};
 use super::projection::{Projector, measured};
 use super::sampling::Remembered;
-use super::systematic::{Contributions, Moving, Systematic};
+use super::systematic::Systematic;
 use super::uncertainties::{self, Assessed, assess};
 use super::unmeasured::Unmeasured;
 use crate::{Judging, Part};
@@ -112,18 +113,12 @@ pub(super) fn measure(taken: Taken, mut part: Part, projector: &Projector) -> Me
     let assessed =
         laid_as_is.and_then(|fitted| assess(&judged, mesh.points(), fitted, &plane, None, None));
     let by_budget = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
-    let refit = Part { free: own.free.clone(), ..judged.clone() };
-    let systematic = fitted.as_ref().map_or_else(
-        |_| Contributions::default(),
-        |fitted| {
-            contributions(
-                &systematic,
-                (&refit, &plane, fitted),
-                mesh.points(),
-                &deviations_mm,
-                &profile,
-            )
-        },
+    let systematic = contributions(
+        &systematic,
+        (&own, &judged, &plane),
+        (&fitted, profile.turned),
+        mesh.points(),
+        &deviations_mm,
     );
     let mut limits = match &assessed {
         None => plainly(&judged, &Plain::of_heights(found.as_ref())),
@@ -132,26 +127,16 @@ pub(super) fn measure(taken: Taken, mut part: Part, projector: &Projector) -> Me
     };
     systematic.count_limits(&mut limits);
     let form = fitted.as_ref().ok().zip(found.as_ref()).map(|(fitted, found)| {
-        let places_mm = places_mm(&fitted.fit.pose, mesh.points());
-        let sample = Sample::new(&places_mm, &deviations_mm, None, &part.aperture);
-        let uncertainty = by_budget.map(|assessed| {
-            let heights = uncertainties::of_heights(assessed, &judged);
-            systematic.with_heights(heights, found.pv_nm)
-        });
-        let sure = uncertainty.as_ref().map(|heights| [heights.u_pv_nm, heights.u_rms_nm]);
-        let mut details = details(sample.ok().as_ref(), &profile, &Sure::new(sure, &limits));
-        let (sources, lacks) =
-            sources(&judged, fitted, (mesh.points(), &deviations_mm), by_budget, profile.turned);
-        let sources = sources.with_systematic(fitted, &systematic);
-        details.figures.extend(of_zones(&limits));
-        details
-            .unknown
-            .extend(lacks.map(str::to_owned).into_iter().chain(sources.unknown.iter().cloned()));
-        let unmeasured = unmeasured.figures();
-        let systematic = systematic.figures();
-        let of =
-            Ingredients { fitted, found, details, sources, uncertainty, systematic, unmeasured };
-        figures::form(&own, &part.free, of, &plane)
+        let of = Formed {
+            parts: [&part, &own, &judged],
+            points: mesh.points(),
+            deviations_mm: &deviations_mm,
+            by_budget,
+            systematic: &systematic,
+            limits: &limits,
+            profile: &profile,
+        };
+        of.form(fitted, found, &unmeasured, &plane)
     });
     let guard = judged.judging.guard.filter(|_| assessed.is_some());
     let mut compared = judged::verdict(&judged, guard, limits, [&unmeasured; 2]);
@@ -184,21 +169,6 @@ pub(super) fn fit_along(
 ) -> Result<Fitted, NoFit> {
     let own = Part { free: in_plane(&part.free, line.way()), ..part.clone() };
     laid(points, &own, line, |points, part| fitted(points, part, plane, heights_mm))
-}
-
-/// What systematic errors add to the uncertainties of a profile; of one that was turned nothing is known.
-fn contributions(
-    all: &[Systematic],
-    (part, plane, fitted): (&Part, &Plane, &Fitted),
-    points: &[PointMm],
-    deviations_mm: &[f64],
-    profile: &ProfileFigures,
-) -> Contributions {
-    if profile.turned {
-        return Contributions::none(all, "worked out of profiles along x or y only");
-    }
-    let areas_mm2 = &vec![0.0; points.len()];
-    Contributions::new(all, Moving { part, plane, fitted, points, deviations_mm, areas_mm2 })
 }
 
 /// Counts the points that the fit used, and those it did not, by reason.

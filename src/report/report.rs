@@ -129,7 +129,8 @@ pub struct ThermalFigures {
     pub scales_degc: Option<[f64; 2]>,
     /// Smallest and largest relative change of lengths, µm/m; negative where they became shorter.
     pub lengths_um_per_m: [f64; 2],
-    /// Largest relative standard uncertainty of lengths by it, µm/m. It is common to all points, and figures do not count it.
+    /// Largest relative standard uncertainty of lengths by it, µm/m. It is common to all points: `form.deviation.systematic` says
+    /// what it adds to u of the figures.
     pub u_um_per_m: f64,
 }
 

@@ -8,6 +8,7 @@ use asphera::config::Config;
 use asphera::live::{Finished, Station};
 use asphera::replay::replay;
 use asphera_link::Command;
+use asphera_report::Report;
 use asphera_rig::{Rig, Scene, StationOptions};
 use asphera_tests::{json, number, run};
 
@@ -74,6 +75,15 @@ async fn measured_of(
     Ok(station.closed().await.unwrap().finished)
 }
 
+/// Systematic errors that the u of a report counts, and those that it does not, by source.
+fn systematic(report: &Report) -> [Vec<&str>; 2] {
+    let all = &report.form.as_ref().unwrap().deviation.systematic;
+    [true, false].map(|counted| {
+        let some = all.iter().filter(|one| one.u_rms_nm.is_some() == counted);
+        some.map(|one| one.source.as_str()).collect()
+    })
+}
+
 fn rms_nm(finished: &Finished) -> f64 {
     finished.measurement.report.form.as_ref().unwrap().deviation.rms_nm
 }
@@ -117,6 +127,8 @@ async fn a_ball_tells_the_error_of_an_axis_and_later_parts_are_without_it() {
     let session = report.session.as_ref().unwrap();
     let made = &session.calibration.as_ref().unwrap().date;
     assert!(fs::read_to_string(&calibration).unwrap().contains(made.as_str()), "{made}");
+    let sources = "calibration: scale_x, scale_y, squareness, tilt_x, tilt_y";
+    assert_eq!(systematic(report), [vec![sources], vec!["calibration: scale_z"]]);
     // The recording holds the calibration: it is replayed without the file.
     let kept = folder.path().join("kept.toml");
     fs::rename(&calibration, &kept).unwrap();
@@ -150,6 +162,7 @@ async fn an_error_table_of_an_axis_is_taken_out_and_recorded() {
     assert!(rms_nm(&finished) < 6.0, "{} nm", rms_nm(&finished));
     let report = &finished.measurement.report;
     assert_eq!(report.session.as_ref().unwrap().error_tables, ["y.csv"]);
+    assert_eq!(systematic(report), [vec![], vec!["error table y.csv"]]);
     fs::remove_file(&table).unwrap();
     let mut replayed = replay(finished.recording.as_ref().unwrap(), |_| {}).unwrap().report;
     replayed.timing = report.timing.clone();
@@ -175,6 +188,10 @@ async fn a_warm_part_is_measured_as_it_is_at_20_degc_and_so_is_the_ball_of_a_cal
     let [least, most] = thermal.lengths_um_per_m;
     assert!((least + 1e6 / 1001.0).abs() < 1e-6 && least == most, "{thermal:?}");
     assert!((thermal.u_um_per_m - 5.0_f64.hypot(2.0)).abs() < 1e-9, "{thermal:?}");
+    assert_eq!(systematic(report), [vec!["thermal expansion"], vec![]]);
+    let contribution = &report.form.as_ref().unwrap().deviation.systematic[0];
+    // 20 mm · 5.4 µm/m are 108 nm of radius, of whose sag over the field some nanometres are left.
+    assert!(contribution.u_pv_nm.unwrap() > 1.0 && contribution.u_pv_nm.unwrap() < 108.0);
     let recording = warm.recording.clone().unwrap();
     let mut replayed = replay(&recording, |_| {}).unwrap().report;
     replayed.timing = report.timing.clone();

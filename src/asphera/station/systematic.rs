@@ -5,12 +5,13 @@
 
 use std::sync::Arc;
 
-use asphera_calibrate::{Axes, Correction, Machine};
+use asphera_calibrate::{Axes, Correction, Machine, Parameter};
+use asphera_geometry::vector::plus;
 use asphera_measure::Systematic;
 use asphera_report::ThermalFigures;
 
 use super::kinematics::{Axis, Kinematics};
-use crate::calibration::CalibrationFile;
+use crate::calibration::{CalibrationFile, Uncertainties};
 
 /// Sides of the centre on which the radial axis of a polar machine stood.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -74,12 +75,20 @@ fn axes_at(machine: Machine, beyond: bool, at_mm: [f64; 3]) -> Axes {
 
 /// Parameters of a calibration, each a source, and its map.
 fn of_calibration(calibration: &CalibrationFile, places: Places, all: &mut Vec<Systematic>) {
-    for &(parameter, u) in calibration.uncertainties() {
-        let source = format!("calibration: {}", parameter.word());
+    for (source, errors) in sources(calibration.uncertainties()) {
         all.push(match places {
-            Places::Known { machine, beyond } => Systematic::new(source, move |at_mm| {
-                parameter.displacement_mm(axes_at(machine, beyond, at_mm)).map(|mm| u * mm)
-            }),
+            Places::Known { machine, beyond } => {
+                let field = |moves: Vec<(Parameter, f64)>| {
+                    move |at_mm| {
+                        let axes = axes_at(machine, beyond, at_mm);
+                        let moved = |sum, &(parameter, u): &(Parameter, f64)| {
+                            plus(sum, u, parameter.displacement_mm(axes))
+                        };
+                        moves.iter().fold([0.0; 3], moved)
+                    }
+                };
+                Systematic::several(source, errors.into_iter().map(field).collect())
+            }
             Places::Unknown(why) => Systematic::not_counted(source, why),
         });
     }
@@ -97,6 +106,19 @@ fn of_calibration(calibration: &CalibrationFile, places: Places, all: &mut Vec<S
         let fields = terms.iter().map(field).collect();
         all.push(Systematic::several("calibration: map of heights", fields));
     }
+}
+
+/// Sources of a calibration with their independent errors: one where correlations are known, else one a parameter.
+fn sources(u: &Uncertainties) -> Vec<(String, Vec<Vec<(Parameter, f64)>>)> {
+    let named = |names: &[&str]| format!("calibration: {}", names.join(", "));
+    let parameters = || u.parameters.iter().map(|(parameter, _)| *parameter);
+    if u.errors.is_empty() {
+        let one = |&(parameter, u)| (named(&[parameter.word()]), vec![vec![(parameter, u)]]);
+        return u.parameters.iter().map(one).collect();
+    }
+    let names: Vec<&str> = parameters().map(Parameter::word).collect();
+    let error = |error: &Vec<f64>| parameters().zip(error.iter().copied()).collect();
+    vec![(named(&names), u.errors.iter().map(error).collect())]
 }
 
 /// Names of the parameters that a calibration does not hold.

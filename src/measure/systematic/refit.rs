@@ -138,7 +138,7 @@ impl<'a> Refit<'a> {
             areas_mm2: &self.areas_mm2,
             nominal: &fit.nominal,
         };
-        let of_design = self.from_design(points);
+        let of_design = self.design_of(points);
         let plain = Plain {
             found: Some(&found),
             errors: None,
@@ -163,7 +163,7 @@ impl<'a> Refit<'a> {
     }
 
     /// Deviations from the design, where the shape was free; the inner value is absent where there is no fit.
-    fn from_design(&self, points: &[PointMm]) -> Option<Option<(Nominal, Vec<f64>)>> {
+    fn design_of(&self, points: &[PointMm]) -> Option<Option<(Nominal, Vec<f64>)>> {
         let design = self.moving.fitted.design.as_ref()?;
         let found = || {
             let design = design.as_ref().ok()?;

@@ -145,7 +145,7 @@ fn at_20(thermal: &ThermalFigures) -> String {
         degc.map(|degc| format!(", {name} at {} °C", range(degc))).unwrap_or_default()
     };
     format!(
-        "changed by {} µm/m{}{}; u {} µm/m, which figures do not count",
+        "changed by {} µm/m{}{}; u {} µm/m",
         range(thermal.lengths_um_per_m),
         body("part", thermal.part_degc),
         body("scales", thermal.scales_degc),
@@ -198,7 +198,7 @@ mod tests {
             lengths_um_per_m: [-8.875, -7.1],
             u_um_per_m: 0.5,
         };
-        let expected = "changed by −8.875 to −7.100 µm/m, part at 21.00 to 21.25 °C; u 0.5000 µm/m, which figures do not count";
+        let expected = "changed by −8.875 to −7.100 µm/m, part at 21.00 to 21.25 °C; u 0.5000 µm/m";
         assert_eq!(at_20(&thermal), expected);
         let steady = ThermalFigures {
             part_degc: Some([21.0; 2]),
@@ -206,7 +206,8 @@ mod tests {
             lengths_um_per_m: [-3.1; 2],
             u_um_per_m: 0.5,
         };
-        let expected = "changed by −3.100 µm/m, part at 21.00 °C, scales at 20.50 °C; u 0.5000 µm/m, which figures do not count";
+        let expected =
+            "changed by −3.100 µm/m, part at 21.00 °C, scales at 20.50 °C; u 0.5000 µm/m";
         assert_eq!(at_20(&steady), expected);
     }
 }

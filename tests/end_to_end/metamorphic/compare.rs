@@ -212,9 +212,9 @@ impl Comparison<'_> {
 /// The share of itself within which a number must be as expected.
 fn share(path: &Path<'_>, change: &Change) -> f64 {
     let lists: &[&[(&str, f64)]] = match (change.turn, change.shuffled) {
-        (Turn::Not, false) => &[],
-        (Turn::Not, true) => &[BY_DRAWS],
-        _ => &[BY_CELLS, BY_DRAWS],
+        (Turn::Not, false) => &[BY_DIFFERENCES],
+        (Turn::Not, true) => &[BY_DIFFERENCES, BY_DRAWS],
+        _ => &[BY_DIFFERENCES, BY_CELLS, BY_DRAWS],
     };
     lists
         .iter()
@@ -284,8 +284,17 @@ const OF_THE_UNIT: &[&str] = &[
 ];
 
 /// Keys of places.
-const PLACES: &[&str] =
-    &["at_mm", "at_max_mm", "at_min_mm", "min_mm", "max_mm", "origin_mm", "outline_mm"];
+const PLACES: &[&str] = &[
+    "at_mm",
+    "at_max_mm",
+    "at_min_mm",
+    "min_mm",
+    "max_mm",
+    "origin_mm",
+    "outline_mm",
+    "steepest_at_mm",
+    "hollow_at_mm",
+];
 
 /// Not held by any change, and why.
 const UNHELD: &[&str] = &[
@@ -294,6 +303,10 @@ const UNHELD: &[&str] = &[
     "form/fit/iterations",
     "form/fit/evaluations",
     "form/minimum_zone/passes",
+    "points/tip/passes",
+    "points/tip/last_move_nm",
+    // A sphere is as hollow everywhere.
+    "points/tip/hollow_at_mm",
     // Bins of round widths.
     "form/histogram",
     // The square of u, which is held; of correlations the shares of the weakest combination tell.
@@ -323,6 +336,14 @@ const UNHELD_TURNED: &[&str] = &[
     "form/deviation/uncertainty",
     "verdict/checks/*/u",
     "verdict/checks/*/interval_95",
+];
+
+/// Differences of figures of two fits: the share they are known to.
+const BY_DIFFERENCES: &[(&str, f64)] = &[
+    ("form/deviation/systematic", 1e-3),
+    ("points/tip/u_pv_nm", 1e-3),
+    ("points/tip/u_rms_nm", 1e-3),
+    ("points/tip/neglected_nm", 1e-5),
 ];
 
 /// Figures by draws, whose random numbers go by the order of the points: the share they are known to.

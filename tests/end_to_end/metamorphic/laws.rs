@@ -179,4 +179,6 @@ const PURE_NUMBERS: &[&str] = &[
     "number",
     "asked",
     "bridged",
+    "contacts",
+    "hollow_share",
 ];

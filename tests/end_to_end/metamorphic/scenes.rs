@@ -15,9 +15,11 @@ pub(super) struct Scene {
     /// The tables `[surface]`, `[aperture]`, `[fit]`; lengths times the scale. Where the aperture does not lie where the
     /// surface does, about a place in mm.
     nominal: fn(f64, [f64; 2]) -> String,
+    /// Radius and its standard uncertainty of the ball whose centres the points are, mm.
+    tip_mm: Option<[f64; 2]>,
 }
 
-pub(super) const SCENES: [Scene; 4] = [
+pub(super) const SCENES: [Scene; 5] = [
     Scene {
         name: "asphere",
         sag_mm: |x, y| {
@@ -34,6 +36,7 @@ pub(super) const SCENES: [Scene; 4] = [
                 6.0 * scale
             )
         },
+        tip_mm: None,
     },
     Scene {
         name: "sphere, radius free",
@@ -50,12 +53,14 @@ pub(super) const SCENES: [Scene; 4] = [
                 6.0 * scale
             )
         },
+        tip_mm: None,
     },
     Scene {
         name: "plane without an aperture",
         sag_mm: |_, _| 0.0,
         half_mm: [6.5, 5.0],
         nominal: |_, _| "[surface]\nkind = \"plane\"\n".to_owned(),
+        tip_mm: None,
     },
     Scene {
         name: "plane with an aperture",
@@ -68,10 +73,26 @@ pub(super) const SCENES: [Scene; 4] = [
                 5.0 * scale
             )
         },
+        tip_mm: None,
+    },
+    Scene {
+        name: "sphere under a ball tip",
+        // Centres of the ball lie on a sphere that is narrower by its radius.
+        sag_mm: |x, y| 50.0 - ((50.0 - TIP_MM) * (50.0 - TIP_MM) - x * x - y * y).sqrt(),
+        half_mm: [6.6, 6.6],
+        nominal: |scale, _| {
+            format!(
+                "[surface]\nkind = \"sphere\"\nradius_mm = {}\n[aperture]\nshape = \"circle\"\nradius_mm = {}\n",
+                50.0 * scale,
+                6.0 * scale
+            )
+        },
+        tip_mm: Some([TIP_MM, 2e-3]),
     },
 ];
 
 const RADIUS_MM: f64 = 11.65;
+const TIP_MM: f64 = 0.5;
 const A4: f64 = 3.69e-5;
 /// Points along either side.
 const SIDE: u32 = 45;
@@ -148,7 +169,13 @@ impl<'a> Part<'a> {
         let text = (self.scene.nominal)(self.scale, self.centre_mm) + fit + &judging(self.scale);
         std::fs::write(&nominal, text).unwrap();
         let [points, nominal] = [&points, &nominal].map(|path| path.to_str().unwrap());
-        json(&run(["measure", points, "--nominal", nominal, "--json"]))
+        let tip =
+            self.scene.tip_mm.map(|lengths_mm| lengths_mm.map(|mm| (mm * self.scale).to_string()));
+        let mut arguments = vec!["measure", points, "--nominal", nominal, "--json"];
+        if let Some([radius, u]) = &tip {
+            arguments.extend(["--tip-centre", "--tip-radius", radius, "--tip-u-radius", u]);
+        }
+        json(&run(arguments))
     }
 }
 

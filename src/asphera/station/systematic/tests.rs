@@ -116,3 +116,26 @@ fn fields_of_a_polar_machine_lie_along_its_axes() {
         assert!(off < 1e-15, "{found:?}");
     }
 }
+
+/// Scales that go together are an expansion, which is less than three scales of their own.
+#[test]
+fn correlations_of_a_calibration_count() {
+    let scale = |of: &str| format!("[parameters.{of}]\nvalue_um_per_m = 0.0\nu_um_per_m = 10.0\n");
+    let scales: String = ["scale_x", "scale_y", "scale_z"].map(scale).concat();
+    let pair = |of: &str, with: &str| {
+        format!("[[correlation]]\nof = \"{of}\"\nwith = \"{with}\"\nvalue = 1.0\n")
+    };
+    let pairs =
+        pair("scale_x", "scale_y") + &pair("scale_x", "scale_z") + &pair("scale_y", "scale_z");
+    let rows = |parameters: &str| {
+        let calibration = calibration("cartesian", parameters);
+        listed(systematic(&cartesian(plain()), Sides::default(), Some(&calibration), None))
+    };
+    let (apart, together) = (rows(&scales), rows(&format!("{scales}{pairs}")));
+    assert_eq!(together[0].source, "calibration: scale_x, scale_y, scale_z");
+    assert_eq!((apart.len(), together.len()), (4, 2));
+    let thermal = ThermalFigures { u_um_per_m: 10.0, ..ThermalFigures::default() };
+    let expansion = listed(systematic(&cartesian(plain()), Sides::default(), None, Some(&thermal)));
+    let [one, other] = [&together[0], &expansion[0]].map(|row| row.u_pv_nm.unwrap());
+    assert!((one / other - 1.0).abs() < 1e-6, "{one} {other}");
+}
