@@ -57,7 +57,8 @@ impl Contributions {
         let contribution =
             |of: &Systematic| Contribution { source: of.source.clone(), found: found(&of.effect) };
         let estimates = still.as_ref().map_or(&[][..], |still| &still.estimates);
-        let nominal = &moving.fitted.fit.nominal;
+        let base = moving.fitted.reference.as_ref().map(|reference| &reference.base_fit);
+        let nominal = &base.unwrap_or(&moving.fitted.fit).nominal;
         let parameters = estimates.iter().map(|one| named(one.parameter, nominal));
         Contributions {
             parameters: parameters.collect(),

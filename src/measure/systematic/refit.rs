@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use asphera_figures::Subject;
 use asphera_form::{
     Estimate, Figures, Fit, FitSettings, Nominal, deviations, fit_weighted, reference,
 };
 use asphera_geometry::PointMm;
 use asphera_geometry::vector::{Vector, dot};
 use asphera_surface::Plane;
+use asphera_uncertainty::verdict::Limit;
 
 use super::{Effect, Field, moved};
 use crate::Part;
@@ -58,6 +60,7 @@ impl<'a> Refit<'a> {
         let Moving { fitted, points, deviations_mm, areas_mm2, .. } = moving;
         let counts = |index: &usize| deviations_mm[*index].is_finite();
         let used: Vec<usize> = (0..points.len()).filter(counts).collect();
+        let used = thinned(used, deviations_mm, moving.part);
         let of = |all: &[f64]| used.iter().map(|&index| all[index]).collect::<Vec<f64>>();
         let points: Vec<PointMm> = used.iter().map(|&index| points[index]).collect();
         Refit {
@@ -177,12 +180,32 @@ impl<'a> Refit<'a> {
     }
 }
 
+/// Some of many points: every so many, and the extremes. Systematic errors are smooth, so that these tell how figures change. A
+/// slope needs the neighbours of its points: with a limit of one all stay.
+fn thinned(used: Vec<usize>, deviations_mm: &[f64], part: &Part) -> Vec<usize> {
+    let is_slope = |limit: &Limit| limit.definition.subject() == Subject::Slope;
+    if used.len() <= MOST_POINTS || part.limits().iter().any(is_slope) {
+        return used;
+    }
+    let by_deviation = |a: &&usize, b: &&usize| deviations_mm[**a].total_cmp(&deviations_mm[**b]);
+    let lowest = used.iter().min_by(by_deviation).copied();
+    let highest = used.iter().max_by(by_deviation).copied();
+    let step = used.len().div_ceil(MOST_POINTS);
+    let stays = |(number, index): &(usize, usize)| {
+        number % step == 0 || Some(*index) == lowest || Some(*index) == highest
+    };
+    used.into_iter().enumerate().filter(stays).map(|(_, index)| index).collect()
+}
+
 /// PV and RMS of all points, wherever the edge of the aperture lies now.
 fn figures_of(points: &[PointMm], deviations_mm: &[f64]) -> Option<Figures> {
     let whole = asphera_form::Aperture::None;
     let found = Figures::new(points, deviations_mm, &asphera_form::Pose::default(), &whole)?;
     (found.count == points.len()).then_some(found)
 }
+
+/// Points of one fit at most, nearly.
+const MOST_POINTS: usize = 1 << 16;
 
 /// Unit normal of the fitted surface at a point of its frame, on the side of the probe.
 fn normal_at(fit: &Fit, point: PointMm) -> Option<Vector> {

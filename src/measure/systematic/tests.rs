@@ -271,6 +271,37 @@ fn a_profile_counts_them() {
     assert!((known(&with).u_rms_nm - known(&without).u_rms_nm.hypot(u_nm)).abs() < 1e-9);
 }
 
+/// Of many points some stand for all.
+#[test]
+fn contributions_of_many_points_are_those_of_all() {
+    let side = || (-140..140).map(|i| 0.03 * f64::from(i));
+    let places = side().flat_map(|x| side().map(move |y| [x, y]));
+    let points: Vec<PointMm> = places
+        .map(|[x, y]| {
+            let form_mm =
+                100e-6 * (x * x - y * y) / 36.0 + 20e-6 * (2.1 * x).sin() * (1.7 * y).cos();
+            [x, y, (RADIUS_MM * RADIUS_MM - x * x - y * y).sqrt() - RADIUS_MM + form_mm]
+        })
+        .collect();
+    assert!(points.len() > 1 << 16);
+    let nominal = SPHERE.replace("radius_mm = 6.1", "radius_mm = 6.5");
+    let u = 10e-6;
+    let stated = measured(&nominal, &points, vec![scale_x(u)]);
+    let row = &rows(&stated)[0];
+    let [pv_nm, rms_nm] = pv_and_rms(&stated);
+    let drawn = |error: f64| {
+        let points: Vec<PointMm> =
+            points.iter().map(|&[x, y, z]| [x * (1.0 + error), y, z]).collect();
+        let [pv, rms] = pv_and_rms(&measured(&nominal, &points, Vec::new()));
+        [(pv - pv_nm).abs(), (rms - rms_nm).abs()]
+    };
+    let (above, below) = (drawn(u), drawn(-u));
+    for (which, found) in [row.u_pv_nm.unwrap(), row.u_rms_nm.unwrap()].into_iter().enumerate() {
+        let expected = above[which].max(below[which]);
+        assert!((found / expected - 1.0).abs() < 0.02, "{which}: {found} for {expected}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(6))]
 

@@ -1,8 +1,9 @@
 //! Contacts of all centres: fits and contacts in turn, until no contact moves.
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
-use asphera_form::{Touch, Touched, Untouched};
+use asphera_form::{MeasuredFrom, Pose, Touch, Touched, Untouched};
 use asphera_geometry::vector::{dot, minus, plus};
 use asphera_geometry::{Point, PointMm, RANGE_MM};
 use asphera_surface::Plane;
@@ -12,7 +13,7 @@ use super::{Centres, Tip, UP};
 use crate::fitting::{Fitted, NoFit, fitted};
 use crate::profile::{Line, fit_along};
 use crate::systematic::Systematic;
-use crate::{Part, Weights};
+use crate::{Part, Weights, origin};
 
 /// Contacts of all centres.
 pub(crate) struct Solved {
@@ -54,7 +55,7 @@ impl Centres {
         let known: Vec<Point> = centres.iter().filter(is_known).copied().collect();
         let mut solving = Solving::new(&known, tip, part, plane);
         let (mut passes, mut last_move_mm) = (0, f64::INFINITY);
-        let mut fit = solving.fit();
+        let mut fit = solving.fit().or_else(|error| solving.first_by_design().ok_or(error));
         while let Ok(laid) = &fit {
             last_move_mm = solving.touch(laid);
             passes += 1;
@@ -120,6 +121,30 @@ impl Solving<'_> {
         let places_mm: Vec<PointMm> =
             self.balls.iter().filter(|ball| counts(ball)).map(|ball| ball.near_mm).collect();
         self.fit_of(&places_mm, is_first)
+    }
+
+    /// The first fit by contacts with the design, as it lies at the start or, where the part may have been measured from its other
+    /// side, upside down. It serves where the lowest points are too far from the shape of the design for a fit. `None` where there is
+    /// none either; then the balls stay at their lowest points.
+    fn first_by_design(&mut self) -> Option<Fitted> {
+        if self.part.reference.is_some() {
+            return None;
+        }
+        let lowest_mm: Vec<PointMm> = self.balls.iter().map(|ball| ball.near_mm).collect();
+        let start = origin::start_of(self.part, &lowest_mm);
+        let turned = Pose { rx_rad: start.rx_rad + PI, ..start };
+        let may_turn = self.part.side == MeasuredFrom::Either;
+        for pose in [Some(start), may_turn.then_some(turned)].into_iter().flatten() {
+            let touch = Touch::new(&self.part.nominal, &pose, self.tip.radius_mm, UP);
+            for ball in &mut self.balls {
+                ball.near_mm = touch.contact_at_any_height(ball.centre_mm);
+            }
+            if let Ok(found) = self.fit() {
+                return Some(found);
+            }
+        }
+        self.balls.iter_mut().zip(lowest_mm).for_each(|(ball, at_mm)| ball.near_mm = at_mm);
+        None
     }
 
     /// The fit of these places, one a ball that touches, or one a ball.
