@@ -42,12 +42,12 @@ impl Uncertainties {
                 return None;
             }
             let root = if pivot > ROUNDING { pivot.sqrt() } else { 0.0 };
-            for row in column..size {
+            for (row, entries) in factor.iter_mut().enumerate().skip(column) {
                 // Beside a pivot of 0 a correlation of another size is impossible.
-                if root == 0.0 && row > column && factor[row][column].abs() > ROUNDING.sqrt() {
+                if root == 0.0 && row > column && entries[column].abs() > ROUNDING.sqrt() {
                     return None;
                 }
-                factor[row][column] = if root > 0.0 { factor[row][column] / root } else { 0.0 };
+                entries[column] = if root > 0.0 { entries[column] / root } else { 0.0 };
             }
             for row in column + 1..size {
                 for other in column + 1..=row {

@@ -78,7 +78,7 @@ fn of_calibration(calibration: &CalibrationFile, places: Places, all: &mut Vec<S
     for (source, errors) in sources(calibration.uncertainties()) {
         all.push(match places {
             Places::Known { machine, beyond } => {
-                let field = |moves: Vec<(Parameter, f64)>| {
+                let field = |moves: Moves| {
                     move |at_mm| {
                         let axes = axes_at(machine, beyond, at_mm);
                         let moved = |sum, &(parameter, u): &(Parameter, f64)| {
@@ -108,12 +108,17 @@ fn of_calibration(calibration: &CalibrationFile, places: Places, all: &mut Vec<S
     }
 }
 
+/// What one error adds to parameters, for one standard deviation of it.
+type Moves = Vec<(Parameter, f64)>;
+
 /// Sources of a calibration with their independent errors: one where correlations are known, else one a parameter.
-fn sources(u: &Uncertainties) -> Vec<(String, Vec<Vec<(Parameter, f64)>>)> {
+fn sources(u: &Uncertainties) -> Vec<(String, Vec<Moves>)> {
     let named = |names: &[&str]| format!("calibration: {}", names.join(", "));
     let parameters = || u.parameters.iter().map(|(parameter, _)| *parameter);
     if u.errors.is_empty() {
-        let one = |&(parameter, u)| (named(&[parameter.word()]), vec![vec![(parameter, u)]]);
+        let one = |&(parameter, u): &(Parameter, f64)| {
+            (named(&[parameter.word()]), vec![vec![(parameter, u)]])
+        };
         return u.parameters.iter().map(one).collect();
     }
     let names: Vec<&str> = parameters().map(Parameter::word).collect();
@@ -125,7 +130,7 @@ fn sources(u: &Uncertainties) -> Vec<(String, Vec<Vec<(Parameter, f64)>>)> {
 fn absent(correction: &Correction) -> Vec<&'static str> {
     let held = |wanted| correction.values().iter().any(|(parameter, _)| *parameter == wanted);
     let all = correction.machine().parameters().iter().copied();
-    all.filter(|parameter| !held(*parameter)).map(|parameter| parameter.word()).collect()
+    all.filter(|parameter| !held(*parameter)).map(Parameter::word).collect()
 }
 
 /// Tables of errors along axes, each a source.

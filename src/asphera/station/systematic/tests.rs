@@ -108,7 +108,7 @@ fn the_side_of_the_centre_counts() {
 
 #[test]
 fn fields_of_a_polar_machine_lie_along_its_axes() {
-    let parameter = asphera_calibrate::Parameter::OffsetRadial;
+    let parameter = Parameter::OffsetRadial;
     let at_mm = [3.0, 4.0, 1.0];
     for (beyond, expected) in [(false, [0.6, 0.8, 0.0]), (true, [-0.6, -0.8, 0.0])] {
         let found = parameter.displacement_mm(axes_at(Machine::Polar, beyond, at_mm));
