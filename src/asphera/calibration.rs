@@ -332,6 +332,17 @@ mod tests {
         // Values that have all their digits.
         let values = found.parameters.iter().map(|one| (one.parameter, 1e-5 / 3.0)).collect();
         found.parameters.iter_mut().for_each(|one| one.value = 1e-5 / 3.0);
+        // A perfect ball leaves no uncertainty: some, with correlations that halve from one to the next.
+        let size = found.parameters.len();
+        for (at, one) in found.parameters.iter_mut().enumerate() {
+            one.u = 1e-6 * (at + 1) as f64 / 3.0;
+        }
+        let covariance = |at: usize| {
+            let (row, column) = (at / size, at % size);
+            let apart = i32::try_from(row.abs_diff(column)).unwrap();
+            found.parameters[row].u * found.parameters[column].u * 0.5_f64.powi(apart)
+        };
+        found.covariance = (0..size * size).map(covariance).collect();
         let map = found.correction.map().cloned();
         found.correction = Correction::new(Machine::Cartesian, values, map).unwrap();
         let text = written(&found, artefact, made_wall_ns, 30);
@@ -364,7 +375,7 @@ mod tests {
                 let sum: f64 = errors.iter().map(|error| error[row] * error[column]).sum();
                 let expected = found.covariance[at];
                 let scale = found.parameters[row].u * found.parameters[column].u;
-                assert!((sum - expected).abs() < 1e-4 * scale, "{row} {column}: {sum} {expected}");
+                assert!((sum - expected).abs() < 1e-12 * scale, "{row} {column}: {sum} {expected}");
             }
         }
     }
