@@ -79,7 +79,7 @@ pub(super) const SCENES: [Scene; 5] = [
         name: "sphere under a ball tip",
         // Centres of the ball lie on a sphere that is narrower by its radius.
         sag_mm: |x, y| 50.0 - ((50.0 - TIP_MM) * (50.0 - TIP_MM) - x * x - y * y).sqrt(),
-        half_mm: [6.6, 6.6],
+        half_mm: [6.4, 6.4],
         nominal: |scale, _| {
             format!(
                 "[surface]\nkind = \"sphere\"\nradius_mm = {}\n[aperture]\nshape = \"circle\"\nradius_mm = {}\n",
