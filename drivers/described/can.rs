@@ -3,7 +3,7 @@
 //! One frame is one reading. Its identifier tells the device; bits of its data are the numbers, counted as DBC files do.
 //! The device sends by itself, or answers a frame.
 
-use asphera_link::{CanFrame, CanId, Channel, Problem};
+use asphera_link::{CanFrame, CanId, Channel, Pace, Problem};
 
 use crate::field::{Field, Role};
 
@@ -62,6 +62,13 @@ pub struct CanPoll {
     pub timeout_ms: u32,
     /// Silence after which no late answer is expected any more, `timeout_ms` to 600 000 ms.
     pub late_limit_ms: u32,
+}
+
+impl CanPoll {
+    fn pace(&self) -> Pace {
+        let CanPoll { interval_ms, timeout_ms, late_limit_ms, .. } = *self;
+        Pace { interval_ms, timeout_ms, late_limit_ms }
+    }
 }
 
 impl CanSettings {

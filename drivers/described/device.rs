@@ -4,10 +4,10 @@ mod errors;
 mod polling;
 
 use std::collections::VecDeque;
-use std::time::Duration;
 
 use asphera_link::{
-    Channel, Command, Driver, Event, Fault, FaultKind, Flags, Input, Nanos, Output, Problem, shown,
+    Asking, AskingStep, Channel, Command, Driver, Event, Events, FaultKind, Flags, Input, Nanos,
+    Output, Problem, millis, shown,
 };
 
 use crate::assemble::{Assembled, Assembler, NoReading};
@@ -17,21 +17,18 @@ use crate::settings::{Hello, Poll, Refusal, Settings};
 /// How often the question of [`Hello`] is asked.
 const ATTEMPTS: u8 = 2;
 
-/// Polls without an answer after which the link is opened anew.
-pub(crate) const MOST_SILENT: u32 = 5;
-
 /// A device described by [`Settings`].
 ///
 /// ```text
-///         connected             answer                   due               answer
-/// Closed ───────────▶ Greeting ────────▶ Listening │ Idle ─────▶ Asking ───────────▶ Idle
-///                        │ no answer twice                         │ no answer
-///                        ▼                                         ▼
-///                     Abandoned ◀──── five times ──────────── Settling ── silence ─▶ Idle
+///         connected             answer                      due
+/// Closed ───────────▶ Greeting ────────▶ Listening │ Waiting ⇄ Asking, Inquiring
+///    ▲                   │ no answer twice                      │ no answer five times
+///    └───────────────────┴──────────────────────────────────────┘
 /// ```
 ///
 /// # Devices that are asked
 ///
+/// When to ask, and the silence after a question without an answer, follow [`Asking`].
 /// An answer does not say which question it belongs to. After a time-out nothing is asked until the line was
 /// silent for [`late_limit_ms`](crate::Poll::late_limit_ms); what comes in that time is dropped. An answer among bytes that
 /// nobody understands is flagged, unless a check guards it: noise may look like a number. Without a [`Hello`] the first answer of
@@ -54,14 +51,10 @@ pub struct Described {
     assembler: Assembler,
     splitter: Splitter,
     state: State,
+    asking: Asking,
     wanted: bool,
-    online: bool,
-    ready: bool,
     /// The next answer is not to be trusted with values.
     confirm: bool,
-    next_poll: Nanos,
-    /// Polls without an answer, one after the other.
-    silent: u32,
     /// When the queue of errors is due; `None`: once the line is silent.
     errors_due: Option<Nanos>,
     /// No question was asked on this connection yet.
@@ -77,7 +70,7 @@ pub struct Described {
     last_frame: Nanos,
     last_receipt: Nanos,
     outputs: VecDeque<Vec<u8>>,
-    events: VecDeque<Event>,
+    events: Events,
     tally: Tally,
 }
 
@@ -112,14 +105,12 @@ enum State {
     Greeting { deadline: Nanos, attempt: u8, stranger: Option<String> },
     /// The device sends by itself.
     Listening,
-    /// Waits for the next question.
-    Idle { due: Nanos },
+    /// The next question is not due, or the line must be silent first.
+    Waiting,
     /// Has asked.
-    Asking { deadline: Nanos, stranger: Option<String> },
+    Asking { stranger: Option<String> },
     /// Has asked for the oldest error; `left` more may be read.
-    Inquiring { deadline: Nanos, left: u8, stranger: Option<String> },
-    /// Waits for the line to be silent.
-    Settling { until: Nanos },
+    Inquiring { left: u8, stranger: Option<String> },
 }
 
 /// A frame that is no reading.
@@ -148,12 +139,9 @@ impl Described {
             assembler: Assembler::new(&settings),
             splitter: splitter(&settings),
             state: State::Closed,
+            asking: Asking::new(settings.poll.as_ref().map(Poll::pace).unwrap_or_default()),
             wanted: false,
-            online: false,
-            ready: false,
             confirm: false,
-            next_poll: Nanos::ZERO,
-            silent: 0,
             errors_due: None,
             unasked: false,
             muddled: false,
@@ -163,7 +151,7 @@ impl Described {
             last_frame: Nanos::ZERO,
             last_receipt: Nanos::ZERO,
             outputs: VecDeque::new(),
-            events: VecDeque::new(),
+            events: Events::default(),
             tally: Tally::default(),
             settings,
         })
@@ -195,32 +183,21 @@ impl Described {
         }
     }
 
+    /// Whether what comes is meant for us.
+    fn takes_frames(&self) -> bool {
+        !matches!(self.state, State::Closed | State::Waiting)
+    }
+
     /// Takes all whole frames.
     fn proceed(&mut self, now: Nanos) {
-        match self.state {
+        while self.takes_frames() {
+            let Some(frame) = self.splitter.next() else { break };
+            self.frame(now, &frame);
+        }
+        if !self.takes_frames() {
             // Nothing was asked: what comes is late, or not meant for us.
-            State::Closed | State::Idle { .. } => self.splitter.clear(false),
-            State::Settling { .. } => {
-                self.splitter.clear(false);
-                if let Some(poll) = &self.settings.poll {
-                    self.state = State::Settling { until: now + millis(poll.late_limit_ms) };
-                }
-            }
-            _ => {
-                while let Some(frame) = self.splitter.next() {
-                    self.frame(now, &frame);
-                    if !matches!(
-                        self.state,
-                        State::Listening
-                            | State::Greeting { .. }
-                            | State::Asking { .. }
-                            | State::Inquiring { .. }
-                    ) {
-                        self.splitter.clear(false);
-                        break;
-                    }
-                }
-            }
+            self.splitter.clear(false);
+            self.asking.disturbed(now);
         }
         self.report_discarded();
     }
@@ -231,8 +208,8 @@ impl Described {
             && let Some(hello) = &self.settings.hello
         {
             if hello.answer.matches(frame) {
-                self.prove_online();
-                self.prove_ready();
+                self.events.prove_online();
+                self.events.prove_ready();
                 self.begin(now);
                 return;
             }
@@ -250,17 +227,17 @@ impl Described {
             Err(Other::Ignored) => {}
             Err(Other::Refused(detail)) => {
                 self.tally.refused += 1;
-                self.prove_online();
-                self.fault(FaultKind::Refused, detail);
+                self.events.prove_online();
+                self.events.fault(FaultKind::Refused, detail);
                 self.answered(now);
             }
             Err(Other::Strange(detail)) => {
                 self.splitter.pass_over(frame);
-                if let State::Asking { stranger, .. } = &mut self.state {
+                if let State::Asking { stranger } = &mut self.state {
                     *stranger = Some(shown(frame));
                 }
                 if !std::mem::replace(&mut self.muddled, true) {
-                    self.fault(FaultKind::Protocol, detail);
+                    self.events.fault(FaultKind::Protocol, detail);
                 }
             }
         }
@@ -300,19 +277,19 @@ impl Described {
     }
 
     fn read(&mut self, now: Nanos, Assembled { mut reading, trouble }: Assembled) {
-        self.prove_online();
+        self.events.prove_online();
         if self.is_doubtful() {
             reading.flags |= Flags::SUSPECT;
         }
         self.muddled = false;
         let was_in_trouble = std::mem::replace(&mut self.in_trouble, trouble.is_some());
         if let Some(trouble) = trouble.filter(|_| !was_in_trouble) {
-            self.fault(FaultKind::Device, format!("the device reports {trouble}"));
+            self.events.fault(FaultKind::Device, format!("the device reports {trouble}"));
         }
         if !self.confirm {
             self.tally.readings += 1;
-            self.events.push_back(Event::Reading(reading));
-            self.prove_ready();
+            self.events.push(Event::Reading(reading));
+            self.events.prove_ready();
         }
         self.answered(now);
     }
@@ -356,37 +333,20 @@ impl Described {
     fn abandon(&mut self, kind: FaultKind, detail: String) {
         self.outputs.clear();
         self.splitter.clear(false);
-        self.events.push_back(Event::Reopen(Fault { kind, detail }));
+        self.asking.stop();
+        self.events.reopen(kind, detail);
         self.state = State::Closed;
-    }
-
-    fn prove_online(&mut self) {
-        if !std::mem::replace(&mut self.online, true) {
-            self.events.push_back(Event::Online);
-        }
-    }
-
-    fn prove_ready(&mut self) {
-        if !std::mem::replace(&mut self.ready, true) {
-            self.events.push_back(Event::Ready);
-        }
-    }
-
-    fn fault(&mut self, kind: FaultKind, detail: String) {
-        self.events.push_back(Event::Fault(Fault { kind, detail }));
     }
 
     fn report_discarded(&mut self) {
         let bytes = self.splitter.take_discarded();
-        if bytes > 0 {
-            self.tally.discarded_bytes += bytes;
-            self.events.push_back(Event::Discarded { bytes });
-        }
+        self.tally.discarded_bytes += bytes;
+        self.events.discarded(bytes);
     }
 
     /// When a device that sends by itself has been silent for too long.
     fn gap_due(&self) -> Option<Nanos> {
-        let is_watched = self.settings.gap_ms > 0 && self.online && self.state == State::Listening;
+        let is_watched = self.settings.gap_ms > 0 && self.events.is_online();
         is_watched.then(|| self.last_frame + millis(self.settings.gap_ms))
     }
 
@@ -404,9 +364,9 @@ impl Driver for Described {
 
     fn connected(&mut self, now: Nanos) {
         self.splitter = splitter(&self.settings);
-        (self.online, self.ready, self.muddled, self.in_trouble) = (false, false, false, false);
-        self.silent = 0;
-        self.is_interrupted = false;
+        self.events.restart();
+        self.asking.stop();
+        (self.muddled, self.in_trouble, self.is_interrupted) = (false, false, false);
         (self.errors_due, self.unasked) = (None, false);
         self.last_receipt = now;
         self.outputs.clear();
@@ -437,6 +397,7 @@ impl Driver for Described {
         self.splitter.clear(false);
         self.report_discarded();
         self.outputs.clear();
+        self.asking.stop();
         self.state = State::Closed;
     }
 
@@ -460,18 +421,18 @@ impl Driver for Described {
             (State::Greeting { attempt, stranger, .. }, _) => {
                 self.ungreeted(now, attempt, stranger);
             }
-            (State::Idle { .. }, Some(poll)) => {
-                self.next_poll = self.next_poll + millis(poll.interval_ms);
-                self.ask(now, &poll);
-            }
-            (State::Asking { stranger, .. }, Some(poll)) => self.unanswered(now, &poll, stranger),
-            (State::Inquiring { stranger, .. }, Some(poll)) => {
-                self.uninquired(now, &poll, stranger);
-            }
-            (State::Settling { .. }, Some(_)) if self.errors_due.is_none() => {
-                self.begin_or_inquire(now);
-            }
-            (State::Settling { .. }, Some(_)) => self.resume(now),
+            (State::Waiting, Some(poll)) => match self.asking.step() {
+                AskingStep::Settling { .. } if self.errors_due.is_none() => {
+                    self.begin_or_inquire(now);
+                }
+                AskingStep::Settling { .. } => self.resume(now),
+                _ => {
+                    self.asking.ask_due(now);
+                    self.ask(&poll);
+                }
+            },
+            (State::Asking { stranger }, Some(poll)) => self.unanswered(now, &poll, stranger),
+            (State::Inquiring { stranger, .. }, Some(_)) => self.uninquired(now, stranger),
             (State::Listening, _) if self.silence().is_some_and(|due| due <= now) => {
                 if let Some(frame) = self.splitter.silence() {
                     self.frame(now, &frame);
@@ -492,11 +453,8 @@ impl Driver for Described {
         match self.state {
             State::Closed => None,
             State::Listening => self.silence().into_iter().chain(self.gap_due()).min(),
-            State::Greeting { deadline, .. }
-            | State::Asking { deadline, .. }
-            | State::Inquiring { deadline, .. } => Some(deadline),
-            State::Idle { due } => Some(due),
-            State::Settling { until } => Some(until),
+            State::Greeting { deadline, .. } => Some(deadline),
+            State::Waiting | State::Asking { .. } | State::Inquiring { .. } => self.asking.due(),
         }
     }
 
@@ -505,7 +463,7 @@ impl Driver for Described {
     }
 
     fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     fn command(&mut self, now: Nanos, command: Command) {
@@ -527,8 +485,4 @@ fn splitter(settings: &Settings) -> Splitter {
 
 fn no_reading(frame: &[u8], why: &NoReading) -> String {
     format!("`{}` {why}: check baud rate and settings", shown(frame))
-}
-
-pub(crate) fn millis(ms: u32) -> Duration {
-    Duration::from_millis(ms.into())
 }

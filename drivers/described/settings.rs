@@ -1,6 +1,6 @@
 //! Settings of the driver.
 
-use asphera_link::{Channel, Problem};
+use asphera_link::{Channel, Pace, Problem};
 
 use crate::check;
 use crate::checksum::Checksum;
@@ -76,6 +76,13 @@ pub struct Poll {
     pub timeout_ms: u32,
     /// Silence after which no late answer is expected any more, `timeout_ms` to 600 000 ms.
     pub late_limit_ms: u32,
+}
+
+impl Poll {
+    pub(crate) fn pace(&self) -> Pace {
+        let Poll { interval_ms, timeout_ms, late_limit_ms, .. } = *self;
+        Pace { interval_ms, timeout_ms, late_limit_ms }
+    }
 }
 
 /// A question asked once a connection.

@@ -61,3 +61,8 @@ impl fmt::Display for Nanos {
         write!(f, "{:.6} s", self.as_secs_f64())
     }
 }
+
+/// Milliseconds of settings as a duration.
+pub fn millis(ms: u32) -> Duration {
+    Duration::from_millis(ms.into())
+}

@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use asphera_link::{
-    Channel, Command, Driver, Event, Fault, FaultKind, Input, Nanos, Output, Problem,
+    Channel, Command, Driver, Event, Events, FaultKind, Input, Nanos, Output, Problem, Schedule,
+    millis,
 };
 use tokio_modbus::ExceptionCode;
 
@@ -48,15 +49,13 @@ pub struct Modbus {
     caller: Caller,
     screen: Screen,
     state: State,
-    next_poll: Nanos,
+    schedule: Schedule,
     /// RTU: the next answer is not to be trusted with values.
     confirm: bool,
-    online: bool,
-    ready: bool,
     alarmed: bool,
     last_device_time_ns: Option<u64>,
     transmits: VecDeque<Vec<u8>>,
-    events: VecDeque<Event>,
+    events: Events,
     tally: Tally,
 }
 
@@ -116,14 +115,12 @@ impl Modbus {
             caller: Caller::new(settings.transport, settings.unit_id),
             screen: Screen::new(settings.transport),
             state: State::Closed,
-            next_poll: Nanos::ZERO,
+            schedule: Schedule::new(settings.poll_interval_ms),
             confirm: false,
-            online: false,
-            ready: false,
             alarmed: false,
             last_device_time_ns: None,
             transmits: VecDeque::new(),
-            events: VecDeque::new(),
+            events: Events::default(),
             tally: Tally::default(),
             settings,
         })
@@ -149,14 +146,9 @@ impl Modbus {
 
     /// Waits for the next due time that has not passed, at least the pause.
     fn idle(&mut self, now: Nanos) -> State {
-        let interval_ns = u64::from(self.settings.poll_interval_ms) * 1_000_000;
-        let behind_ns = now.as_nanos().saturating_sub(self.next_poll.as_nanos());
-        let missed = behind_ns.div_ceil(interval_ns);
-        self.tally.missed += missed;
-        let skipped_ns = missed.saturating_mul(interval_ns);
-        self.next_poll = self.next_poll + Duration::from_nanos(skipped_ns);
+        self.tally.missed += self.schedule.skip_passed(now);
         let quiet = now + millis(self.settings.pause_between_requests_ms);
-        State::Idle { due: self.next_poll.max(quiet) }
+        State::Idle { due: self.schedule.next_due().max(quiet) }
     }
 
     /// Takes the frame that answers the request for block `image.len()`.
@@ -165,20 +157,20 @@ impl Modbus {
         self.tally.answers += 1;
         let words = match self.caller.answer(frame) {
             Ok(Answer::Words(words)) => {
-                self.prove_online();
+                self.events.prove_online();
                 Some(words)
             }
             Ok(Answer::Refused(exception)) => {
                 self.tally.refused += 1;
                 if !is_gateway(exception) {
-                    self.prove_online();
+                    self.events.prove_online();
                 }
                 let (unit_id, code) = (self.settings.unit_id, u8::from(exception));
                 let text = exception_text(code);
                 let detail = format!(
                     "unit {unit_id} refused to read {block}: {text} (exception {code}); check unit_id and the map of registers"
                 );
-                self.fault(FaultKind::Refused, detail);
+                self.events.fault(FaultKind::Refused, detail);
                 None
             }
             Err(error) => {
@@ -186,7 +178,7 @@ impl Modbus {
                 let detail = format!(
                     "answer of unit {unit_id} is not one to read {block}: {error}; check that no other client uses the line"
                 );
-                self.fault(FaultKind::Protocol, detail);
+                self.events.fault(FaultKind::Protocol, detail);
                 None
             }
         };
@@ -212,7 +204,7 @@ impl Modbus {
         let was_alarmed = std::mem::replace(&mut self.alarmed, alarm.is_some());
         if let Some(name) = alarm.filter(|_| !was_alarmed) {
             let unit_id = self.settings.unit_id;
-            self.fault(
+            self.events.fault(
                 FaultKind::Device,
                 format!("unit {unit_id} reports `{name}`: see its manual"),
             );
@@ -228,10 +220,8 @@ impl Modbus {
         }
         self.last_device_time_ns = time_ns.or(self.last_device_time_ns);
         self.tally.readings += 1;
-        self.events.push_back(Event::Reading(reading));
-        if !std::mem::replace(&mut self.ready, true) {
-            self.events.push_back(Event::Ready);
-        }
+        self.events.push(Event::Reading(reading));
+        self.events.prove_ready();
     }
 
     fn timed_out(&mut self, now: Nanos, question: Question, image: &Image) -> State {
@@ -247,7 +237,7 @@ impl Modbus {
         match self.settings.transport {
             Transport::Tcp => self.lose(FaultKind::Timeout, detail),
             Transport::Rtu => {
-                self.fault(FaultKind::Timeout, detail);
+                self.events.fault(FaultKind::Timeout, detail);
                 let silence = self.settings.late_limit();
                 State::Settling { question: Some(question), until: now + silence, silence }
             }
@@ -259,18 +249,8 @@ impl Modbus {
         self.caller.reset();
         self.screen.clear();
         self.transmits.clear();
-        self.events.push_back(Event::Reopen(Fault { kind, detail }));
+        self.events.reopen(kind, detail);
         State::Closed
-    }
-
-    fn prove_online(&mut self) {
-        if !std::mem::replace(&mut self.online, true) {
-            self.events.push_back(Event::Online);
-        }
-    }
-
-    fn fault(&mut self, kind: FaultKind, detail: String) {
-        self.events.push_back(Event::Fault(Fault { kind, detail }));
     }
 
     /// Judges the received bytes in the given state. Gives the next state and whether there may be
@@ -307,10 +287,8 @@ impl Modbus {
 
     fn report_discarded(&mut self) {
         let bytes = self.screen.take_passed_over();
-        if bytes > 0 {
-            self.tally.discarded_bytes += bytes;
-            self.events.push_back(Event::Discarded { bytes });
-        }
+        self.tally.discarded_bytes += bytes;
+        self.events.discarded(bytes);
     }
 }
 
@@ -324,11 +302,10 @@ impl Driver for Modbus {
         self.screen = Screen::new(self.settings.transport);
         self.transmits.clear();
         self.confirm = self.settings.transport == Transport::Rtu;
-        self.online = false;
-        self.ready = false;
+        self.events.restart();
         self.alarmed = false;
         self.last_device_time_ns = None;
-        self.next_poll = now + millis(self.settings.poll_interval_ms);
+        self.schedule.restart(now);
         self.state = self.ask(now, Image::new());
     }
 
@@ -371,7 +348,7 @@ impl Driver for Modbus {
         self.state = match std::mem::replace(&mut self.state, State::Closed) {
             State::Closed => State::Closed,
             State::Idle { .. } => {
-                self.next_poll = self.next_poll + millis(self.settings.poll_interval_ms);
+                self.schedule.advance();
                 self.ask(now, Image::new())
             }
             State::Pausing { image, .. } => self.ask(now, image),
@@ -399,14 +376,10 @@ impl Driver for Modbus {
     }
 
     fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     fn command(&mut self, _: Nanos, _: Command) {}
-}
-
-fn millis(ms: u32) -> Duration {
-    Duration::from_millis(ms.into())
 }
 
 /// Whether a gateway answered in place of the device.

@@ -1,11 +1,10 @@
 //! The sensor as a state machine.
 
 use std::collections::VecDeque;
-use std::time::Duration;
 
 use asphera_link::{
-    Channel, Command, Driver, Event, Fault, FaultKind, Flags, Input, Nanos, Output, Problem,
-    Reading, Values,
+    Asking, AskingStep, Channel, Command, Driver, Event, Events, FaultKind, Flags, Input, Nanos,
+    Output, Pace, Problem, Reading, Unanswered, Values, millis,
 };
 
 use crate::settings::{Mode, Settings};
@@ -20,9 +19,6 @@ const STOP_MS: u32 = 2000;
 /// How often the sensor is asked who it is.
 const ATTEMPTS: u8 = 2;
 
-/// Questions without an answer, one after the other, after which the link is opened anew.
-const MOST_SILENT: u32 = 5;
-
 /// Silence after which an answer is known to be no longer than it should, in ms.
 pub(crate) const HELD_MS: u32 = 20;
 
@@ -33,25 +29,21 @@ const RESULT: usize = 2;
 ///
 /// ```text
 ///        connected: stop        silence: who?           it is the right one
-/// Closed ─────────▶ Quieting ───────────▶ Greeting ───────────▶ Streaming, or Idle ⇄ Asking ─ no answer ─▶ Settling
+/// Closed ─────────▶ Quieting ───────────▶ Greeting ───────────▶ Streaming, or Polling
 /// ```
 ///
 /// A stream that still runs from before is stopped first, so that its results are not taken for the identity.
 /// A result is held back until something else follows it, or the line is silent: a byte of noise before an answer looks
 /// like its begin, and only the byte too many at its end shows it.
-/// After a question without an answer nothing is asked until the line was silent for [`Settings::late_limit_ms`].
+/// A sensor that is polled is asked by the rules of [`Asking`].
 #[derive(Debug)]
 pub struct Riftek {
     settings: Settings,
     channels: Vec<Channel>,
     decoder: Decoder,
     state: State,
-    online: bool,
-    ready: bool,
-    next_poll: Nanos,
+    asking: Asking,
     last_answer: Nanos,
-    /// Questions without an answer, one after the other.
-    silent: u32,
     /// The answer before came after others that were lost; the first of a run is worth a message.
     in_gap: bool,
     /// Bytes that came unasked.
@@ -59,7 +51,7 @@ pub struct Riftek {
     /// The newest reading, and when nothing more can belong to its answer.
     held: Option<(Reading, Nanos)>,
     outputs: VecDeque<Vec<u8>>,
-    events: VecDeque<Event>,
+    events: Events,
     tally: Tally,
 }
 
@@ -90,12 +82,8 @@ enum State {
     Greeting { deadline: Nanos, attempt: u8 },
     /// The sensor sends by itself.
     Streaming,
-    /// Waits for the next question.
-    Idle { due: Nanos },
-    /// Has asked.
-    Asking { deadline: Nanos },
-    /// Waits for the line to be silent.
-    Settling { until: Nanos },
+    /// The sensor is asked.
+    Polling,
 }
 
 impl Riftek {
@@ -113,16 +101,13 @@ impl Riftek {
             channels: settings.channels(),
             decoder: Decoder::new(LONGEST),
             state: State::Closed,
-            online: false,
-            ready: false,
-            next_poll: Nanos::ZERO,
+            asking: Asking::new(pace(&settings)),
             last_answer: Nanos::ZERO,
-            silent: 0,
             in_gap: false,
             stray: 0,
             held: None,
             outputs: VecDeque::new(),
-            events: VecDeque::new(),
+            events: Events::default(),
             tally: Tally::default(),
             settings,
         })
@@ -164,8 +149,7 @@ impl Riftek {
             self.abandon(FaultKind::Protocol, detail);
             return;
         }
-        self.online = true;
-        self.events.push_back(Event::Online);
+        self.events.prove_online();
         self.decoder.reset(RESULT);
         self.last_answer = now;
         match mode {
@@ -173,34 +157,28 @@ impl Riftek {
                 self.send(Request::StartStream);
                 self.state = State::Streaming;
             }
-            Mode::Poll { interval_ms } => {
-                self.next_poll = now + millis(interval_ms);
-                self.ask(now);
+            Mode::Poll { .. } => {
+                self.asking.restart(now);
+                self.state = State::Polling;
+                self.ask();
             }
         }
     }
 
-    fn ask(&mut self, now: Nanos) {
+    /// Sends the question that is under way now.
+    fn ask(&mut self) {
         self.release(Flags::empty());
         self.send(Request::Result);
         self.decoder.reset(RESULT);
-        self.state = State::Asking { deadline: now + millis(self.settings.timeout_ms) };
     }
 
-    /// Waits for the next due time that has not passed.
-    fn wait_until_due(&mut self, now: Nanos) {
-        let Mode::Poll { interval_ms } = self.settings.mode else { return };
-        let interval_ns = u64::from(interval_ms) * 1_000_000;
-        let behind_ns = now.as_nanos().saturating_sub(self.next_poll.as_nanos());
-        let missed = behind_ns.div_ceil(interval_ns);
-        self.tally.missed += missed;
-        self.next_poll = self.next_poll + Duration::from_nanos(missed.saturating_mul(interval_ns));
-        self.state = State::Idle { due: self.next_poll };
+    fn wait(&mut self, now: Nanos) {
+        self.tally.missed += self.asking.wait(now);
     }
 
     fn byte(&mut self, now: Nanos, byte: u8) {
         match self.state {
-            State::Closed | State::Idle { .. } => {
+            State::Closed => {
                 self.stray += 1;
                 self.release(Flags::SUSPECT);
             }
@@ -208,23 +186,13 @@ impl Riftek {
                 self.stray += 1;
                 self.state = State::Quieting { until: now + millis(QUIET_MS), latest };
             }
-            State::Settling { .. } => {
-                self.stray += 1;
-                self.state = State::Settling { until: now + millis(self.settings.late_limit_ms) };
-            }
             State::Greeting { .. } => {
                 let answer = self.decoder.push(byte);
                 if let Some(identity) = answer.and_then(|answer| answer.identity()) {
                     self.identified(now, identity);
                 }
             }
-            State::Asking { .. } => {
-                if let Some(answer) = self.decoder.push(byte) {
-                    self.silent = 0;
-                    self.read(now, answer);
-                    self.wait_until_due(now);
-                }
-            }
+            State::Polling => self.polled_byte(now, byte),
             State::Streaming => {
                 let answer = self.decoder.push(byte);
                 let is_overlong = self.decoder.take_overlong();
@@ -241,6 +209,26 @@ impl Riftek {
         }
     }
 
+    fn polled_byte(&mut self, now: Nanos, byte: u8) {
+        match self.asking.step() {
+            AskingStep::Asking { .. } => {
+                if let Some(answer) = self.decoder.push(byte) {
+                    self.asking.answered();
+                    self.read(now, answer);
+                    self.wait(now);
+                }
+            }
+            AskingStep::Settling { .. } => {
+                self.stray += 1;
+                self.asking.disturbed(now);
+            }
+            AskingStep::Off | AskingStep::Idle { .. } => {
+                self.stray += 1;
+                self.release(Flags::SUSPECT);
+            }
+        }
+    }
+
     fn note_lost(&mut self, lost: u8) {
         self.tally.lost += u64::from(lost);
         let was_in_gap = std::mem::replace(&mut self.in_gap, lost > 0);
@@ -248,7 +236,7 @@ impl Riftek {
             let detail = format!(
                 "{lost} or more results of the stream were lost on the line: check cable and baud rate"
             );
-            self.events.push_back(Event::Fault(Fault { kind: FaultKind::Protocol, detail }));
+            self.events.fault(FaultKind::Protocol, detail);
         }
     }
 
@@ -271,8 +259,8 @@ impl Riftek {
         } else {
             self.tally.repeated += 1;
         }
-        if answer.is_clean && !std::mem::replace(&mut self.ready, true) {
-            self.events.push_back(Event::Ready);
+        if answer.is_clean {
+            self.events.prove_ready();
         }
     }
 
@@ -299,23 +287,22 @@ impl Riftek {
             reading.values = Values::from_iter([None]);
         }
         self.tally.readings += 1;
-        self.events.push_back(Event::Reading(reading));
+        self.events.push(Event::Reading(reading));
     }
 
     fn unanswered(&mut self, now: Nanos) {
         self.tally.timeouts += 1;
-        self.silent += 1;
         let timeout_ms = self.settings.timeout_ms;
         let detail = format!(
             "no answer to the question for a result within {timeout_ms} ms: check cable and power, or increase timeout_ms"
         );
-        if self.silent >= MOST_SILENT {
-            self.abandon(FaultKind::Timeout, detail);
-            return;
+        match self.asking.unanswered(now) {
+            Unanswered::GiveUp => self.abandon(FaultKind::Timeout, detail),
+            Unanswered::Settle => {
+                self.events.fault(FaultKind::Timeout, detail);
+                self.decoder.reset(RESULT);
+            }
         }
-        self.events.push_back(Event::Fault(Fault { kind: FaultKind::Timeout, detail }));
-        self.decoder.reset(RESULT);
-        self.state = State::Settling { until: now + millis(self.settings.late_limit_ms) };
     }
 
     fn ungreeted(&mut self, now: Nanos, attempt: u8) {
@@ -336,13 +323,12 @@ impl Riftek {
         match self.state {
             State::Closed => None,
             State::Quieting { until, latest } => Some(until.min(latest)),
-            State::Greeting { deadline, .. } | State::Asking { deadline } => Some(deadline),
+            State::Greeting { deadline, .. } => Some(deadline),
             State::Streaming => match self.settings.mode {
                 Mode::Stream { silence_ms: 0 } | Mode::Poll { .. } => None,
                 Mode::Stream { silence_ms } => Some(self.last_answer + millis(silence_ms)),
             },
-            State::Idle { due } => Some(due),
-            State::Settling { until } => Some(until),
+            State::Polling => self.asking.due(),
         }
     }
 
@@ -350,16 +336,15 @@ impl Riftek {
         self.release(Flags::empty());
         self.outputs.clear();
         self.decoder.reset(RESULT);
-        self.events.push_back(Event::Reopen(Fault { kind, detail }));
+        self.asking.stop();
+        self.events.reopen(kind, detail);
         self.state = State::Closed;
     }
 
     fn report_discarded(&mut self) {
         let bytes = std::mem::take(&mut self.stray) + self.decoder.take_discarded();
-        if bytes > 0 {
-            self.tally.discarded_bytes += bytes;
-            self.events.push_back(Event::Discarded { bytes });
-        }
+        self.tally.discarded_bytes += bytes;
+        self.events.discarded(bytes);
     }
 }
 
@@ -370,8 +355,9 @@ impl Driver for Riftek {
 
     fn connected(&mut self, now: Nanos) {
         self.decoder = Decoder::new(LONGEST);
-        (self.online, self.ready, self.in_gap) = (false, false, false);
-        (self.silent, self.stray, self.held) = (0, 0, None);
+        self.events.restart();
+        self.asking.stop();
+        (self.in_gap, self.stray, self.held) = (false, 0, None);
         self.outputs.clear();
         self.send(Request::StopStream);
         let latest = now + millis(STOP_MS);
@@ -383,6 +369,7 @@ impl Driver for Riftek {
         self.decoder.reset(RESULT);
         self.report_discarded();
         self.outputs.clear();
+        self.asking.stop();
         self.state = State::Closed;
     }
 
@@ -419,13 +406,15 @@ impl Driver for Riftek {
                     ),
                 );
             }
-            State::Idle { .. } => {
-                let Mode::Poll { interval_ms } = self.settings.mode else { return };
-                self.next_poll = self.next_poll + millis(interval_ms);
-                self.ask(now);
-            }
-            State::Asking { .. } => self.unanswered(now),
-            State::Settling { .. } => self.wait_until_due(now),
+            State::Polling => match self.asking.step() {
+                AskingStep::Off => {}
+                AskingStep::Idle { .. } => {
+                    self.asking.ask_due(now);
+                    self.ask();
+                }
+                AskingStep::Asking { .. } => self.unanswered(now),
+                AskingStep::Settling { .. } => self.wait(now),
+            },
         }
         self.report_discarded();
     }
@@ -440,12 +429,17 @@ impl Driver for Riftek {
     }
 
     fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     fn command(&mut self, _: Nanos, _: Command) {}
 }
 
-fn millis(ms: u32) -> Duration {
-    Duration::from_millis(ms.into())
+fn pace(settings: &Settings) -> Pace {
+    let Settings { mode, timeout_ms, late_limit_ms, .. } = *settings;
+    let interval_ms = match mode {
+        Mode::Poll { interval_ms } => interval_ms,
+        Mode::Stream { .. } => 0,
+    };
+    Pace { interval_ms, timeout_ms, late_limit_ms }
 }

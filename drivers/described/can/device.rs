@@ -1,15 +1,14 @@
 //! The device on the bus as a state machine.
 
 use std::collections::VecDeque;
-use std::time::Duration;
 
 use asphera_link::{
-    CanFrame, Channel, Command, Driver, Event, Fault, FaultKind, Input, Nanos, Output, Problem,
+    Asking, AskingStep, CanFrame, Channel, Command, Driver, Event, Events, FaultKind, Input, Nanos,
+    Output, Problem, Unanswered, millis,
 };
 
 use super::{CanPoll, CanSettings};
 use crate::assemble::{Assembled, Assembler};
-use crate::device::{MOST_SILENT, millis};
 use crate::field::{Field, Place};
 use crate::framing::Framing;
 use crate::number::{ByteOrder, Form};
@@ -18,12 +17,13 @@ use crate::settings::{Layout, Settings};
 /// A device on a CAN bus, described by [`CanSettings`].
 ///
 /// ```text
-///         connected                    due            answer
-/// Closed ───────────▶ Listening │ Idle ───▶ Asking ───────────▶ Idle
-///    ▲                                        │ no answer
-///    └────────────── five times ──────────────┴──▶ Settling ── silence ─▶ Idle
+///         connected
+/// Closed ───────────▶ Listening │ Polling
+///    ▲                                │
+///    └─────── no answer five times ───┘
 /// ```
 ///
+/// A device that is polled is asked by the rules of [`Asking`].
 /// CAN checks each frame, so that a frame of the right identifier, kind and length is believed. An answer does not say
 /// which question it belongs to: after a time-out nothing is asked until no frame came for
 /// [`late_limit_ms`](CanPoll::late_limit_ms). The first answer of a connection may belong to a question of the one before;
@@ -34,20 +34,16 @@ pub struct CanGauge {
     channels: Vec<Channel>,
     assembler: Assembler,
     state: State,
-    online: bool,
-    ready: bool,
+    asking: Asking,
     wanted: bool,
     /// The next answer is not to be trusted with values.
     confirm: bool,
-    next_poll: Nanos,
-    /// Polls without an answer, one after the other.
-    silent: u32,
     /// The last frame was no reading; the first of a run is worth a message.
     muddled: bool,
     in_trouble: bool,
     last_frame: Nanos,
     outputs: VecDeque<CanFrame>,
-    events: VecDeque<Event>,
+    events: Events,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,12 +52,8 @@ enum State {
     Closed,
     /// The device sends by itself.
     Listening,
-    /// Waits for the next question.
-    Idle { due: Nanos },
-    /// Has asked.
-    Asking { deadline: Nanos },
-    /// Waits until no late answer comes any more.
-    Settling { until: Nanos },
+    /// The device is asked.
+    Polling,
 }
 
 impl CanGauge {
@@ -79,17 +71,14 @@ impl CanGauge {
             channels: settings.channels(),
             assembler: assembler(&settings),
             state: State::Closed,
-            online: false,
-            ready: false,
+            asking: Asking::new(settings.poll.map(|poll| poll.pace()).unwrap_or_default()),
             wanted: false,
             confirm: false,
-            next_poll: Nanos::ZERO,
-            silent: 0,
             muddled: false,
             in_trouble: false,
             last_frame: Nanos::ZERO,
             outputs: VecDeque::new(),
-            events: VecDeque::new(),
+            events: Events::default(),
             settings,
         })
     }
@@ -121,19 +110,20 @@ impl CanGauge {
         if let Some(detail) = self.unreadable(frame) {
             self.discard(frame);
             if !std::mem::replace(&mut self.muddled, true) {
-                self.fault(FaultKind::Protocol, detail);
+                self.events.fault(FaultKind::Protocol, detail);
             }
             return;
         }
-        match self.state {
+        let is_awaited = match self.state {
+            State::Closed => false,
+            State::Listening => true,
+            State::Polling => matches!(self.asking.step(), AskingStep::Asking { .. }),
+        };
+        if !is_awaited {
             // Nothing was asked: what comes is late, or not meant for us.
-            State::Closed | State::Idle { .. } => return self.discard(frame),
-            State::Settling { .. } => {
-                self.discard(frame);
-                self.settle(now);
-                return;
-            }
-            State::Listening | State::Asking { .. } => {}
+            self.discard(frame);
+            self.asking.disturbed(now);
+            return;
         }
         // Fields lie one behind the other, as numbers of eight bytes.
         let numbers = self.settings.fields.iter().map(|field| field.signal.read(frame.data()));
@@ -149,46 +139,24 @@ impl CanGauge {
     fn read(&mut self, now: Nanos, Assembled { reading, trouble }: Assembled) {
         self.last_frame = now;
         self.muddled = false;
-        if !std::mem::replace(&mut self.online, true) {
-            self.events.push_back(Event::Online);
-        }
+        self.events.prove_online();
         let was_in_trouble = std::mem::replace(&mut self.in_trouble, trouble.is_some());
         if let Some(trouble) = trouble.filter(|_| !was_in_trouble) {
-            self.fault(FaultKind::Device, format!("the device reports {trouble}"));
+            self.events.fault(FaultKind::Device, format!("the device reports {trouble}"));
         }
         if !self.confirm {
-            self.events.push_back(Event::Reading(reading));
-            if !std::mem::replace(&mut self.ready, true) {
-                self.events.push_back(Event::Ready);
-            }
+            self.events.push(Event::Reading(reading));
+            self.events.prove_ready();
         }
-        if let Some(poll) = self.settings.poll {
-            self.silent = 0;
+        if self.state == State::Polling {
+            self.asking.answered();
             match std::mem::take(&mut self.confirm) {
-                true => self.settle(now),
-                false => self.pause(now, &poll),
+                true => self.asking.settle(now),
+                false => {
+                    self.asking.wait(now);
+                }
             }
         }
-    }
-
-    fn ask(&mut self, now: Nanos, poll: &CanPoll) {
-        self.next_poll = now + millis(poll.interval_ms);
-        self.outputs.push_back(poll.ask);
-        self.state = State::Asking { deadline: now + millis(poll.timeout_ms) };
-    }
-
-    /// Waits for the next due time that has not passed.
-    fn pause(&mut self, now: Nanos, poll: &CanPoll) {
-        let interval_ns = u64::from(poll.interval_ms) * 1_000_000;
-        let behind_ns = now.as_nanos().saturating_sub(self.next_poll.as_nanos());
-        let passed_ns = behind_ns.div_ceil(interval_ns).saturating_mul(interval_ns);
-        self.next_poll = self.next_poll + Duration::from_nanos(passed_ns);
-        self.state = State::Idle { due: self.next_poll };
-    }
-
-    fn settle(&mut self, now: Nanos) {
-        let Some(poll) = self.settings.poll else { return };
-        self.state = State::Settling { until: now + millis(poll.late_limit_ms) };
     }
 
     fn unanswered(&mut self, now: Nanos, poll: &CanPoll) {
@@ -196,34 +164,26 @@ impl CanGauge {
             "no answer to {:?} within {} ms: check power, wiring and identifiers, or increase timeout_ms",
             poll.ask, poll.timeout_ms
         );
-        self.silent += 1;
-        if self.silent >= MOST_SILENT {
-            return self.abandon(detail);
+        match self.asking.unanswered(now) {
+            Unanswered::GiveUp => self.abandon(detail),
+            Unanswered::Settle => self.events.fault(FaultKind::Timeout, detail),
         }
-        self.fault(FaultKind::Timeout, detail);
-        self.settle(now);
     }
 
     fn abandon(&mut self, detail: String) {
         self.outputs.clear();
+        self.asking.stop();
         self.state = State::Closed;
-        self.events.push_back(Event::Reopen(Fault { kind: FaultKind::Timeout, detail }));
+        self.events.reopen(FaultKind::Timeout, detail);
     }
 
     fn discard(&mut self, frame: &CanFrame) {
-        let bytes = frame.data().len() as u64;
-        if bytes > 0 {
-            self.events.push_back(Event::Discarded { bytes });
-        }
-    }
-
-    fn fault(&mut self, kind: FaultKind, detail: String) {
-        self.events.push_back(Event::Fault(Fault { kind, detail }));
+        self.events.discarded(frame.data().len() as u64);
     }
 
     /// When a device that sends by itself has been silent for too long.
     fn gap_due(&self) -> Option<Nanos> {
-        let is_watched = self.settings.gap_ms > 0 && self.online && self.state == State::Listening;
+        let is_watched = self.settings.gap_ms > 0 && self.events.is_online();
         is_watched.then(|| self.last_frame + millis(self.settings.gap_ms))
     }
 }
@@ -234,8 +194,9 @@ impl Driver for CanGauge {
     }
 
     fn connected(&mut self, now: Nanos) {
-        (self.online, self.ready, self.muddled, self.in_trouble) = (false, false, false, false);
-        self.silent = 0;
+        self.events.restart();
+        self.asking.stop();
+        (self.muddled, self.in_trouble) = (false, false);
         self.outputs.clear();
         self.outputs.extend(self.settings.on_connect.iter().copied());
         if self.wanted {
@@ -244,12 +205,17 @@ impl Driver for CanGauge {
         self.confirm = self.settings.poll.is_some();
         match self.settings.poll {
             None => self.state = State::Listening,
-            Some(poll) => self.ask(now, &poll),
+            Some(poll) => {
+                self.outputs.push_back(poll.ask);
+                self.asking.restart(now);
+                self.state = State::Polling;
+            }
         }
     }
 
     fn disconnected(&mut self, _: Nanos) {
         self.outputs.clear();
+        self.asking.stop();
         self.state = State::Closed;
     }
 
@@ -265,8 +231,18 @@ impl Driver for CanGauge {
             return;
         }
         match (self.state, self.settings.poll) {
-            (State::Idle { .. } | State::Settling { .. }, Some(poll)) => self.ask(now, &poll),
-            (State::Asking { .. }, Some(poll)) => self.unanswered(now, &poll),
+            (State::Polling, Some(poll)) => match self.asking.step() {
+                AskingStep::Off => {}
+                AskingStep::Idle { .. } => {
+                    self.outputs.push_back(poll.ask);
+                    self.asking.ask_due(now);
+                }
+                AskingStep::Settling { .. } => {
+                    self.outputs.push_back(poll.ask);
+                    self.asking.restart(now);
+                }
+                AskingStep::Asking { .. } => self.unanswered(now, &poll),
+            },
             (State::Listening, _) => {
                 let gap_ms = now.since(self.last_frame).as_millis();
                 self.abandon(format!(
@@ -281,9 +257,7 @@ impl Driver for CanGauge {
         match self.state {
             State::Closed => None,
             State::Listening => self.gap_due(),
-            State::Idle { due } => Some(due),
-            State::Asking { deadline } => Some(deadline),
-            State::Settling { until } => Some(until),
+            State::Polling => self.asking.due(),
         }
     }
 
@@ -292,7 +266,7 @@ impl Driver for CanGauge {
     }
 
     fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     fn command(&mut self, _: Nanos, command: Command) {
