@@ -1,6 +1,6 @@
 //! From the bytes of a telegram or a sample to the parts of a reading.
 
-use asphera_link::{Flags, Nanos, Values};
+use asphera_link::{Count, Flags, Nanos, Values};
 
 use crate::wire::packet::NumberType;
 use crate::wire::{Layout, Part, Quantity, Signal, ValueType};
@@ -78,7 +78,7 @@ enum PeakKind {
 #[derive(Debug)]
 pub(crate) struct Decoded {
     /// The exposure count.
-    pub(crate) count: Option<u16>,
+    pub(crate) count: Option<Count>,
     /// The start time in ns, 0 to 2³² - 1.
     pub(crate) start_ns: Option<u32>,
     /// One value per channel.
@@ -127,7 +127,7 @@ impl<N: Number> Plan<N> {
         for field in &self.fields {
             let number = field.number.read(&telegram[field.offset..]);
             match field.role {
-                Role::Count => decoded.count = Some(number as u16),
+                Role::Count => decoded.count = Some(exposure_count(number as u16)),
                 Role::StartTime => decoded.start_ns = Some(number as u32),
                 Role::ExposureFlags => decoded.flags |= exposure_flags(number as u16),
                 Role::Channel { multiplier, divisor, peak } => {
@@ -250,6 +250,10 @@ impl DeviceClock {
         let turns = (elapsed.saturating_sub(within) + WRAP_NS / 2) / WRAP_NS;
         last_time + within + turns * WRAP_NS
     }
+}
+
+fn exposure_count(raw: u16) -> Count {
+    Count { raw: raw.into(), first: 0, modulus: 1 << 16 }
 }
 
 #[cfg(test)]

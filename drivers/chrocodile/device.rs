@@ -17,21 +17,18 @@
 
 use std::collections::VecDeque;
 use std::ops::Range;
-use std::time::Duration;
 
 use asphera_link::{
-    Channel, Command as Wish, Count, Driver, Event, Fault, FaultKind, Flags, Input, Nanos, Output,
-    Reading,
+    Channel, Command as Wish, Driver, Event, Events, FaultKind, Flags, Input, Nanos, Output,
+    Reading, millis,
 };
 
-use crate::decode::{DeviceClock, Plan};
+use crate::decode::{Decoded, DeviceClock, Plan};
 use crate::error::Error;
 use crate::framing::{Found, Framing};
-use crate::settings::{ATTEMPTS, FREE_RUN_GAP, Settings, Trigger};
+use crate::settings::{ATTEMPTS, Settings, Trigger};
 use crate::wire::{Command, Layout, NOT_VALID};
-
-/// How much of a message the device sent is repeated in a fault, signs as written.
-const MESSAGE_LEN: usize = 120;
+use crate::words::{is_full_scale, shortened};
 
 /// Bytes without a telegram among them after which the device cannot be sending what it was set up for:
 /// it may have restarted. More than any disturbance that passes.
@@ -50,7 +47,6 @@ pub struct Chrocodile {
     setup: Vec<Command>,
     wanted: bool,
     state: State,
-    online: bool,
     framing: Framing,
     plan: Option<Plan>,
     clock: DeviceClock,
@@ -60,7 +56,7 @@ pub struct Chrocodile {
     /// When a silence is due, while bytes wait for confirmation.
     silence_due: Option<Nanos>,
     outputs: VecDeque<Output>,
-    events: VecDeque<Event>,
+    events: Events,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -117,14 +113,13 @@ impl Chrocodile {
             settings,
             wanted: false,
             state: State::Closed,
-            online: false,
             plan: None,
             clock: DeviceClock::default(),
             last_receipt: Nanos::ZERO,
             discarded: 0,
             silence_due: None,
             outputs: VecDeque::new(),
-            events: VecDeque::new(),
+            events: Events::default(),
         })
     }
 
@@ -136,7 +131,7 @@ impl Chrocodile {
         };
         self.outputs.push_back(Output::Bytes(command.encode()));
         let echo = command.text().into_bytes();
-        let deadline = now + Duration::from_millis(self.settings.ready_timeout_ms.into());
+        let deadline = now + millis(self.settings.ready_timeout_ms);
         self.state =
             State::Talking(Talk { topic, command, echo, attempt, deadline, echoed: false });
     }
@@ -193,15 +188,12 @@ impl Chrocodile {
             self.give_up(FaultKind::Protocol, detail);
         }
         self.silence_due = (self.is_streaming() && self.framing.is_waiting())
-            .then(|| self.last_receipt + self.silence());
+            .then(|| self.last_receipt + millis(self.settings.silence_ms));
     }
 
     fn answered(&mut self, now: Nanos, talk: Talk, text: &str) {
         self.report_discarded();
-        if !self.online {
-            self.online = true;
-            self.events.push_back(Event::Online);
-        }
+        self.events.prove_online();
         let is_accepted = match talk.command {
             Command::AskFullScale => match full_scale(text) {
                 Some(full_scale_um) => {
@@ -227,7 +219,7 @@ impl Chrocodile {
                 self.framing.begin();
                 self.last_receipt = now;
                 self.discarded = 0;
-                self.events.push_back(Event::Ready);
+                self.events.push(Event::Ready);
             }
         }
         self.follow_wish(now);
@@ -254,14 +246,11 @@ impl Chrocodile {
         }
         // Signs that no device means to send take several each when they are written.
         let written = format!("{text:?}");
-        let mut message: String = written.chars().take(MESSAGE_LEN).collect();
-        if message.len() < written.len() {
-            message.push('…');
-        }
+        let message = shortened(&written);
         let reason = if text.contains(NOT_VALID) { "the value is not accepted" } else { "refused" };
         let cure = "see the command reference for what this device can do";
         let detail = format!("{}: {reason}, the answer was {message}; {cure}", talk.command.text());
-        self.events.push_back(Event::Fault(Fault { kind: FaultKind::Refused, detail }));
+        self.events.fault(FaultKind::Refused, detail);
         self.state = State::Refused;
     }
 
@@ -281,7 +270,7 @@ impl Chrocodile {
 
     fn give_up(&mut self, kind: FaultKind, detail: String) {
         self.state = State::Abandoned;
-        self.events.push_back(Event::Reopen(Fault { kind, detail }));
+        self.events.reopen(kind, detail);
     }
 
     fn release(&mut self, at: Range<usize>, arrival: Nanos, suspect: bool) {
@@ -298,18 +287,15 @@ impl Chrocodile {
                 self.clock.unwrap(start_ns, arrival)
             }
         });
-        let count = decoded.count.map(|raw| Count { raw: raw.into(), first: 0, modulus: 1 << 16 });
-        let values = decoded.values;
+        let Decoded { count, values, .. } = decoded;
         let reading = Reading { host: arrival, device_time_ns, count, values, flags };
-        self.events.push_back(Event::Reading(reading));
+        self.events.push(Event::Reading(reading));
     }
 
     fn report_discarded(&mut self) {
         let bytes = self.framing.take_discarded();
-        if bytes > 0 {
-            self.discarded += bytes;
-            self.events.push_back(Event::Discarded { bytes });
-        }
+        self.discarded += bytes;
+        self.events.discarded(bytes);
     }
 
     fn is_streaming(&self) -> bool {
@@ -320,21 +306,10 @@ impl Chrocodile {
         }
     }
 
-    fn silence(&self) -> Duration {
-        Duration::from_millis(self.settings.silence_ms.into())
-    }
-
-    /// How long a free-running device may send nothing.
-    fn longest_gap(&self) -> Duration {
-        let telegram_s = f64::from(self.settings.averaging) / self.settings.sample_rate_hz;
-        let answer = Duration::from_millis(self.settings.ready_timeout_ms.into());
-        answer.max(Duration::from_secs_f64(FREE_RUN_GAP * telegram_s))
-    }
-
     /// When a free-running device has been silent for too long.
     fn gap_due(&self) -> Option<Nanos> {
         (self.state == State::Streaming && self.settings.trigger == Trigger::Free)
-            .then(|| self.last_receipt + self.longest_gap())
+            .then(|| self.last_receipt + self.settings.longest_gap())
     }
 }
 
@@ -347,7 +322,7 @@ impl Driver for Chrocodile {
         self.framing.reset();
         self.outputs.clear();
         self.events.clear();
-        self.online = false;
+        self.events.restart();
         self.plan = None;
         self.clock = DeviceClock::default();
         self.last_receipt = now;
@@ -411,13 +386,13 @@ impl Driver for Chrocodile {
     }
 
     fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     fn command(&mut self, now: Nanos, command: Wish) {
         self.wanted = command == Wish::Start;
         match self.state {
-            State::Streaming if self.wanted => self.events.push_back(Event::Ready),
+            State::Streaming if self.wanted => self.events.push(Event::Ready),
             State::Refused if self.wanted => self.say(now, Topic::Setup(0), 1),
             _ => self.follow_wish(now),
         }
@@ -445,6 +420,5 @@ fn setup(settings: &Settings) -> Vec<Command> {
 
 /// The full scale in µm that an answer to `SCA ?` names: its last word.
 fn full_scale(text: &str) -> Option<f64> {
-    let number: f64 = text.split_whitespace().next_back()?.parse().ok()?;
-    (number.is_finite() && number > 0.0).then_some(number)
+    text.split_whitespace().next_back()?.parse().ok().filter(is_full_scale)
 }

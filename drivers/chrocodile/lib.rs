@@ -13,6 +13,7 @@ mod framing;
 mod packets;
 mod settings;
 pub mod wire;
+mod words;
 
 pub use device::Chrocodile;
 pub use error::Error;

@@ -1,6 +1,8 @@
 //! Settings of the driver.
 
-use asphera_link::{Channel, MAX_CHANNELS, Problem, check_range};
+use std::time::Duration;
+
+use asphera_link::{Channel, MAX_CHANNELS, Problem, check_range, millis};
 
 use crate::wire::{MAX_SIGNALS, Part, Quantity, SYNC, Signal};
 
@@ -62,19 +64,15 @@ impl Default for Settings {
 pub(crate) const ATTEMPTS: u8 = 2;
 
 /// Samples a free-running device may leave out before the link counts as dead.
-pub(crate) const FREE_RUN_GAP: f64 = 20.0;
+const FREE_RUN_GAP: f64 = 20.0;
 
 impl Settings {
     /// Everything that is wrong with them; empty when a driver can be made.
     pub fn problems(&self) -> Vec<Problem> {
         let mut problems = Vec::new();
         check_signals(&mut problems, &self.signals, self.intensity_min);
-        check_range(&mut problems, "sample_rate_hz", self.sample_rate_hz, 1.0, 100_000.0);
-        check_range(&mut problems, "averaging", self.averaging, 1, 10_000);
-        if let Some(scale_um) = self.scale_um {
-            check_range(&mut problems, "scale_um", scale_um, 1.0, 1e6);
-        }
-        check_range(&mut problems, "intensity_min", self.intensity_min, 0.0, 1e9);
+        let exposures = (self.sample_rate_hz, self.averaging);
+        check_exposures(&mut problems, exposures, self.scale_um, self.intensity_min);
         check_range(&mut problems, "ready_timeout_ms", self.ready_timeout_ms, 10, 60_000);
         check_range(&mut problems, "silence_ms", self.silence_ms, 1, 10_000);
         if self.sync.contains(&b'$') {
@@ -89,6 +87,10 @@ impl Settings {
     pub fn channels(&self) -> Vec<Channel> {
         channels(&self.signals)
     }
+
+    pub(crate) fn longest_gap(&self) -> Duration {
+        longest_gap(self.sample_rate_hz, self.averaging, self.ready_timeout_ms)
+    }
 }
 
 /// Channels of these signals, in their order; of those that become channels.
@@ -98,6 +100,27 @@ pub(crate) fn channels(signals: &[u16]) -> Vec<Channel> {
         .filter_map(|&id| Signal::from_id(id).ok())
         .filter_map(|signal| signal.channel())
         .collect()
+}
+
+/// Longest silence of a free-running device that sends samples of so many exposures.
+pub(crate) fn longest_gap(sample_rate_hz: f64, averaging: u16, answer_ms: u32) -> Duration {
+    let sample_s = f64::from(averaging) / sample_rate_hz;
+    millis(answer_ms).max(Duration::from_secs_f64(FREE_RUN_GAP * sample_s))
+}
+
+/// Adds problems of rate and averaging, full scale and least intensity, in either protocol.
+pub(crate) fn check_exposures(
+    problems: &mut Vec<Problem>,
+    (sample_rate_hz, averaging): (f64, u16),
+    scale_um: Option<f64>,
+    intensity_min: f64,
+) {
+    check_range(problems, "sample_rate_hz", sample_rate_hz, 1.0, 100_000.0);
+    check_range(problems, "averaging", averaging, 1, 10_000);
+    if let Some(scale_um) = scale_um {
+        check_range(problems, "scale_um", scale_um, 1.0, 1e6);
+    }
+    check_range(problems, "intensity_min", intensity_min, 0.0, 1e9);
 }
 
 /// Adds what is wrong with the signals of either protocol, and with the least intensity.

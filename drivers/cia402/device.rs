@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use asphera_link::{
-    CanFrame, Channel, Command, Driver, Event, Fault, FaultKind, Flags, Input, Motion,
+    CanFrame, Channel, Command, Driver, Event, Events, FaultKind, Flags, Input, Motion,
     MotionFailure, MotionTrouble, Nanos, Output, Problem, Reading, Values,
 };
 
@@ -46,7 +46,6 @@ pub struct Cia402 {
     resume: Option<Nanos>,
     is_configured: bool,
     is_wanted: bool,
-    is_online: bool,
     /// Whether the first TPDO since the start has come.
     is_measuring: bool,
     is_homed: bool,
@@ -60,7 +59,7 @@ pub struct Cia402 {
     tpdo_until: Option<Nanos>,
     pause: Duration,
     transmit: VecDeque<CanFrame>,
-    events: VecDeque<Event>,
+    events: Events,
 }
 
 /// Work of the driver.
@@ -117,7 +116,6 @@ impl Cia402 {
             resume: None,
             is_configured: false,
             is_wanted: false,
-            is_online: false,
             is_measuring: false,
             is_homed: false,
             error: false,
@@ -128,7 +126,7 @@ impl Cia402 {
             tpdo_until: None,
             pause: FIRST_PAUSE,
             transmit: VecDeque::new(),
-            events: VecDeque::new(),
+            events: Events::default(),
         })
     }
 
@@ -168,7 +166,7 @@ impl Cia402 {
 
     /// The node cannot be set up now.
     fn give_up(&mut self, now: Nanos, kind: FaultKind, detail: String) {
-        self.fault(kind, detail);
+        self.events.fault(kind, detail);
         self.steps.clear();
         (self.in_flight, self.resume) = (None, None);
         self.job = Job::Waiting { until: now + self.pause };
@@ -191,7 +189,7 @@ impl Cia402 {
             // It goes on until it is answered or given up; then the node is set up.
             return;
         }
-        self.fault(kind, detail);
+        self.events.fault(kind, detail);
         self.begin_setup(now);
     }
 
@@ -201,7 +199,9 @@ impl Cia402 {
             self.alive_until = Some(now + self.heartbeat_timeout());
         }
         match state {
-            NmtState::BootUp if !self.is_configured && !self.is_online => self.begin_setup(now),
+            NmtState::BootUp if !self.is_configured && !self.events.is_online() => {
+                self.begin_setup(now);
+            }
             NmtState::BootUp => {
                 let detail = format!(
                     "node {} restarted, and is set up anew: check its power, and home it again",
@@ -225,7 +225,7 @@ impl Cia402 {
         self.error = !emergency.is_all_clear();
         if self.error {
             let detail = format!("node {}: {emergency}; see its manual", self.node);
-            self.fault(FaultKind::Device, detail);
+            self.events.fault(FaultKind::Device, detail);
         }
     }
 
@@ -237,7 +237,7 @@ impl Cia402 {
                     self.node,
                     data.len()
                 );
-                self.fault(FaultKind::Protocol, detail);
+                self.events.fault(FaultKind::Protocol, detail);
             }
             return self.discard(data);
         };
@@ -247,7 +247,7 @@ impl Cia402 {
         self.tpdo_until = Some(now + self.tpdo_timeout());
         self.alive_until = Some(now + self.heartbeat_timeout());
         if !std::mem::replace(&mut self.is_measuring, true) {
-            self.events.push_back(Event::Ready);
+            self.events.push(Event::Ready);
         }
         self.status = status;
         if self.still.is_none_or(|(last, _)| last != position) {
@@ -259,7 +259,7 @@ impl Cia402 {
         let mut values = Values::new();
         values.push(Some(f64::from(position) * self.settings.step.in_channel().1));
         let reading = Reading { host: now, device_time_ns: None, count: None, values, flags };
-        self.events.push_back(Event::Reading(reading));
+        self.events.push(Event::Reading(reading));
         self.follow(now, status);
     }
 
@@ -267,12 +267,8 @@ impl Cia402 {
         self.transmit.push_back(NmtRequest::to(self.node, command).encode());
     }
 
-    fn fault(&mut self, kind: FaultKind, detail: String) {
-        self.events.push_back(Event::Fault(Fault { kind, detail }));
-    }
-
     fn discard(&mut self, data: &[u8]) {
-        self.events.push_back(Event::Discarded { bytes: data.len() as u64 });
+        self.events.push(Event::Discarded { bytes: data.len() as u64 });
     }
 
     fn heartbeat_timeout(&self) -> Duration {
@@ -291,7 +287,7 @@ impl Driver for Cia402 {
 
     fn connected(&mut self, now: Nanos) {
         self.transmit.clear();
-        self.is_online = false;
+        self.events.restart();
         self.error = false;
         self.is_homed = self.settings.reference == Reference::Absolute;
         self.pause = FIRST_PAUSE;
@@ -366,13 +362,13 @@ impl Driver for Cia402 {
     }
 
     fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     fn command(&mut self, now: Nanos, command: Command) {
         self.is_wanted = command == Command::Start;
         match command {
-            Command::Start if self.is_measuring => self.events.push_back(Event::Ready),
+            Command::Start if self.is_measuring => self.events.push(Event::Ready),
             Command::Start if self.is_configured => self.start(now),
             Command::Stop if self.is_configured => {
                 self.send_nmt(NmtCommand::EnterPreOperational);

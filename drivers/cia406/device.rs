@@ -9,8 +9,8 @@ use std::f64::consts::TAU;
 use std::time::Duration;
 
 use asphera_link::{
-    CanFrame, Channel, Command, Count, Driver, Event, Fault, FaultKind, Flags, Input, Nanos,
-    Output, Problem, Reading, Values,
+    CanFrame, Channel, Command, Count, Driver, Event, Events, Fault, FaultKind, Flags, Input,
+    Nanos, Output, Problem, Reading, Values,
 };
 
 use crate::wire::{
@@ -61,8 +61,6 @@ pub struct Cia406 {
     state: State,
     /// Whether the station wants readings.
     wanted: bool,
-    /// Whether [`Event::Online`] was given since the link opened.
-    online: bool,
     /// Whether the node has an error of its own.
     error: bool,
     /// Whether a frame of another length than mapped was told since the last setup.
@@ -74,7 +72,7 @@ pub struct Cia406 {
     /// Pause before the next attempt to set the node up.
     pause: Duration,
     transmit: VecDeque<CanFrame>,
-    events: VecDeque<Event>,
+    events: Events,
 }
 
 enum State {
@@ -113,14 +111,13 @@ impl Cia406 {
             settings,
             state: State::Closed,
             wanted: false,
-            online: false,
             error: false,
             length_told: false,
             start_answers: 0,
             alive_until: None,
             pause: FIRST_PAUSE,
             transmit: VecDeque::new(),
-            events: VecDeque::new(),
+            events: Events::default(),
         })
     }
 
@@ -139,7 +136,7 @@ impl Cia406 {
 
     /// The node cannot be set up now.
     fn give_up(&mut self, now: Nanos, fault: Fault) {
-        self.events.push_back(Event::Fault(fault));
+        self.events.push(Event::Fault(fault));
         self.state = State::Waiting { until: now + self.pause };
         self.pause = (2 * self.pause).min(LONGEST_PAUSE);
     }
@@ -147,7 +144,7 @@ impl Cia406 {
     /// The node was set up and is no longer what it was.
     fn lose(&mut self, now: Nanos, kind: FaultKind, detail: String) {
         self.end_cycle();
-        self.fault(kind, detail);
+        self.events.fault(kind, detail);
         self.begin_setup(now);
     }
 
@@ -194,7 +191,7 @@ impl Cia406 {
         self.state = match state {
             State::Starting { learned, mut cycle, .. } => {
                 cycle.begin();
-                self.events.push_back(Event::Ready);
+                self.events.push(Event::Ready);
                 State::Running { learned, cycle, heard: false }
             }
             other => other,
@@ -228,9 +225,8 @@ impl Cia406 {
         };
         let mut setup = setup.clone();
         let progress = setup.answered(&self.settings, answer);
-        if setup.is_identified() && !self.online {
-            self.online = true;
-            self.events.push_back(Event::Online);
+        if setup.is_identified() {
+            self.events.prove_online();
         }
         match progress {
             Progress::Next(told) => {
@@ -299,7 +295,7 @@ impl Cia406 {
         };
         self.error = !emergency.is_all_clear();
         if self.error {
-            self.fault(
+            self.events.fault(
                 FaultKind::Device,
                 format!("node {}: {emergency}; see its manual", self.node),
             );
@@ -330,7 +326,7 @@ impl Cia406 {
         flags.set(Flags::DEVICE_ERROR, self.error);
         flags.set(Flags::OUT_OF_RANGE, position.area_state.is_some_and(AreaState::is_outside));
         let reading = self.reading(now, position, learned, count, flags);
-        self.events.push_back(Event::Reading(reading));
+        self.events.push(Event::Reading(reading));
     }
 
     fn reading(
@@ -368,7 +364,7 @@ impl Cia406 {
                 self.node,
                 self.layout.byte_len()
             );
-            self.fault(FaultKind::Protocol, detail);
+            self.events.fault(FaultKind::Protocol, detail);
         }
     }
 
@@ -376,12 +372,8 @@ impl Cia406 {
         self.transmit.push_back(NmtRequest::to(self.node, command).encode());
     }
 
-    fn fault(&mut self, kind: FaultKind, detail: String) {
-        self.events.push_back(Event::Fault(Fault { kind, detail }));
-    }
-
     fn discard(&mut self, data: &[u8]) {
-        self.events.push_back(Event::Discarded { bytes: data.len() as u64 });
+        self.events.push(Event::Discarded { bytes: data.len() as u64 });
     }
 
     fn sdo_timeout(&self) -> Duration {
@@ -401,7 +393,7 @@ impl Driver for Cia406 {
 
     fn connected(&mut self, now: Nanos) {
         self.transmit.clear();
-        self.online = false;
+        self.events.restart();
         self.error = false;
         self.pause = FIRST_PAUSE;
         if self.settings.listen_only {
@@ -511,7 +503,7 @@ impl Driver for Cia406 {
     }
 
     fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     fn command(&mut self, now: Nanos, command: Command) {
@@ -522,7 +514,7 @@ impl Driver for Cia406 {
                 self.start(now, learned, TRIES);
             }
             (Command::Start, State::Running { .. } | State::Listening { measures: true, .. }) => {
-                self.events.push_back(Event::Ready);
+                self.events.push(Event::Ready);
             }
             (Command::Start, State::Listening { stopped: true, .. }) => self.begin_listening(false),
             (Command::Stop, State::Listening { .. }) => {

@@ -16,7 +16,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use asphera_link::{
-    Channel, Event, Fault, FaultKind, MotionEvent, MotionFailure, MotionTrouble, Nanos, Problem,
+    Channel, Event, Events, FaultKind, MotionEvent, MotionFailure, MotionTrouble, Nanos, Problem,
     shown,
 };
 
@@ -50,7 +50,7 @@ pub struct Ippdme {
     has_ended: bool,
     halt: Option<Halt>,
     outputs: VecDeque<Vec<u8>>,
-    events: VecDeque<Event>,
+    events: Events,
 }
 
 /// State of the connection.
@@ -103,7 +103,7 @@ impl Ippdme {
             has_ended: false,
             halt: None,
             outputs: VecDeque::new(),
-            events: VecDeque::new(),
+            events: Events::default(),
             settings,
         })
     }
@@ -183,13 +183,13 @@ impl Ippdme {
     fn confirm(&mut self) {
         if self.link == Link::Open {
             self.link = Link::Online;
-            self.events.push_back(Event::Online);
+            self.events.push(Event::Online);
         }
     }
 
     /// Nothing more of this connection is used.
     fn distrust(&mut self, bytes: u64, detail: String) {
-        self.events.push_back(Event::Discarded { bytes });
+        self.events.push(Event::Discarded { bytes });
         self.reopen(FaultKind::Protocol, detail);
     }
 
@@ -197,11 +197,7 @@ impl Ippdme {
         self.steps.clear();
         self.current = None;
         self.link = Link::Distrusted;
-        self.events.push_back(Event::Reopen(Fault { kind, detail }));
-    }
-
-    fn fault(&mut self, kind: FaultKind, detail: String) {
-        self.events.push_back(Event::Fault(Fault { kind, detail }));
+        self.events.reopen(kind, detail);
     }
 
     /// Takes an answer to the command under way.
@@ -223,7 +219,7 @@ impl Ippdme {
                 let (kind, detail) = described(&current.step, &error);
                 // A halt of ours breaks off the command: that is no fault.
                 if !(error.is_abort() && self.halt.is_some()) {
-                    self.fault(kind, detail);
+                    self.events.fault(kind, detail);
                 }
             }
         }
@@ -241,9 +237,9 @@ impl Ippdme {
                 self.events.extend(readings.into_iter().map(Event::Reading));
             }
             Err(why) => {
-                self.events.push_back(Event::Discarded { bytes });
+                self.events.push(Event::Discarded { bytes });
                 let cure = "the machine answers otherwise than it was asked; see its manual";
-                self.fault(FaultKind::Protocol, format!("{why}: {cure}"));
+                self.events.fault(FaultKind::Protocol, format!("{why}: {cure}"));
             }
         }
     }
@@ -258,7 +254,7 @@ impl Ippdme {
                 self.reopen(kind, detail);
                 return;
             }
-            (Part::SetUp, None) if self.steps.is_empty() => self.events.push_back(Event::Ready),
+            (Part::SetUp, None) if self.steps.is_empty() => self.events.push(Event::Ready),
             (Part::Program, Some(error)) if error.is_missed_point() => {
                 self.steps.push_front(Step::clear());
             }
@@ -272,12 +268,12 @@ impl Ippdme {
                         "`{}` gave no point: see the machine's manual",
                         short(&done.step.text)
                     );
-                    self.fault(FaultKind::Protocol, detail);
+                    self.events.fault(FaultKind::Protocol, detail);
                 }
                 let is_last = !self.steps.iter().any(|step| step.part == Part::Program);
                 if is_last && self.is_running && self.halt.is_none() {
                     self.is_running = false;
-                    self.events.push_back(Event::Motion(MotionEvent::Arrived));
+                    self.events.push(Event::Motion(MotionEvent::Arrived));
                 }
             }
             (Part::End, _) => self.has_ended = self.steps.is_empty(),
@@ -293,7 +289,7 @@ impl Ippdme {
         // A halt says so itself.
         if std::mem::take(&mut self.is_running) && self.halt.is_none() {
             let failure = MotionFailure::new(trouble(error), detail);
-            self.events.push_back(Event::Motion(MotionEvent::Failed(failure)));
+            self.events.push(Event::Motion(MotionEvent::Failed(failure)));
         }
     }
 
@@ -304,7 +300,7 @@ impl Ippdme {
             "the machine reports error {number:04} of severity {severity}, {text}: {}",
             error.cure()
         );
-        self.fault(FaultKind::Device, detail.clone());
+        self.events.fault(FaultKind::Device, detail.clone());
         if error.severity >= Severity::Error {
             self.fail(error, detail);
         }
@@ -335,7 +331,7 @@ impl Ippdme {
                 {
                     self.given_up = Some(current.tag);
                 }
-                self.events.push_back(Event::Motion(event));
+                self.events.push(Event::Motion(event));
                 self.next(now);
             }
         }

@@ -17,7 +17,8 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use asphera_link::{
-    Channel, Command as Wish, Driver, Event, Fault, FaultKind, Input, Nanos, Output, Problem,
+    Channel, Command as Wish, Driver, Event, Events, FaultKind, Input, Nanos, Output, Problem,
+    millis,
 };
 
 use crate::Settings;
@@ -34,7 +35,6 @@ pub struct Profiler {
     channels: Vec<Channel>,
     state: State,
     wanted: bool,
-    online: bool,
     talk: Option<Talk>,
     /// Bytes of an answer that has not come whole.
     answers: Vec<u8>,
@@ -44,7 +44,7 @@ pub struct Profiler {
     next_watch: Nanos,
     last_profile: Nanos,
     outputs: VecDeque<Output>,
-    events: VecDeque<Event>,
+    events: Events,
     tally: Tally,
 }
 
@@ -108,7 +108,6 @@ impl Profiler {
             settings,
             state: State::Closed,
             wanted: false,
-            online: false,
             talk: None,
             answers: Vec::new(),
             stream: Stream::default(),
@@ -116,7 +115,7 @@ impl Profiler {
             next_watch: Nanos::ZERO,
             last_profile: Nanos::ZERO,
             outputs: VecDeque::new(),
-            events: VecDeque::new(),
+            events: Events::default(),
             tally: Tally::default(),
         })
     }
@@ -223,9 +222,7 @@ impl Profiler {
     /// The controller is the right one, as far as that can be found.
     fn known(&mut self) {
         self.state = State::Idle;
-        if !std::mem::replace(&mut self.online, true) {
-            self.events.push_back(Event::Online);
-        }
+        self.events.prove_online();
     }
 
     /// The request that starts the stream; what arrives from now on belongs to it.
@@ -238,7 +235,7 @@ impl Profiler {
         if self.state == State::Starting {
             self.state = State::Streaming;
             (self.last_profile, self.next_watch) = (now, now + millis(self.settings.watch()));
-            self.events.push_back(Event::Ready);
+            self.events.push(Event::Ready);
         }
     }
 
@@ -250,7 +247,7 @@ impl Profiler {
 
     /// A request was refused.
     fn refused(&mut self, now: Nanos, request: Request, detail: String) {
-        self.fault(FaultKind::Refused, detail);
+        self.events.fault(FaultKind::Refused, detail);
         match request {
             Request::Units if self.settings.serial.is_some() => {
                 let detail = "the controller does not tell its serial number: check that it is the right one, and take serial away";
@@ -294,7 +291,7 @@ impl Profiler {
             let shown = new[..new.len().min(CODES)].join(", ");
             let more = if new.len() > CODES { ", …" } else { "" };
             let detail = format!("the controller reports the error {shown}{more}: see its manual");
-            self.fault(FaultKind::Device, detail);
+            self.events.fault(FaultKind::Device, detail);
         }
         self.errors = errors;
     }
@@ -329,18 +326,12 @@ impl Profiler {
         self.outputs.clear();
         let bytes = self.stream.close();
         self.discard(bytes);
-        self.events.push_back(Event::Reopen(Fault { kind, detail }));
-    }
-
-    fn fault(&mut self, kind: FaultKind, detail: String) {
-        self.events.push_back(Event::Fault(Fault { kind, detail }));
+        self.events.reopen(kind, detail);
     }
 
     fn discard(&mut self, bytes: usize) {
-        if bytes > 0 {
-            self.tally.discarded_bytes += bytes as u64;
-            self.events.push_back(Event::Discarded { bytes: bytes as u64 });
-        }
+        self.tally.discarded_bytes += bytes as u64;
+        self.events.discarded(bytes as u64);
     }
 
     /// When the stream has been silent for too long.
@@ -371,7 +362,8 @@ impl Driver for Profiler {
         self.outputs.clear();
         self.events.clear();
         self.errors = ErrorCodes::default();
-        (self.online, self.state) = (false, State::Setup);
+        self.events.restart();
+        self.state = State::Setup;
         // Whoever was connected before may have left a stream.
         self.ask(now, Request::Stop);
     }
@@ -381,7 +373,7 @@ impl Driver for Profiler {
         self.answers.clear();
         self.discard(bytes);
         self.outputs.clear();
-        (self.talk, self.state, self.online) = (None, State::Closed, false);
+        (self.talk, self.state) = (None, State::Closed);
     }
 
     fn receive(&mut self, now: Nanos, input: Input<'_>) {
@@ -431,21 +423,17 @@ impl Driver for Profiler {
     }
 
     fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     fn command(&mut self, now: Nanos, command: Wish) {
         self.wanted = command == Wish::Start;
         match self.state {
-            State::Streaming if self.wanted => self.events.push_back(Event::Ready),
+            State::Streaming if self.wanted => self.events.push(Event::Ready),
             State::Closed | State::Abandoned => {}
             _ => self.follow_wish(now),
         }
     }
-}
-
-fn millis(ms: u32) -> Duration {
-    Duration::from_millis(ms.into())
 }
 
 /// Time after which a stream that was refused, or has stopped, is asked for again.

@@ -70,6 +70,12 @@ impl Events {
     }
 }
 
+impl Extend<Event> for Events {
+    fn extend<T: IntoIterator<Item = Event>>(&mut self, events: T) {
+        self.queue.extend(events);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,11 +1,8 @@
 //! The sensor as a state machine: it listens.
 
-use std::collections::VecDeque;
-use std::time::Duration;
-
 use asphera_link::{
-    Channel, Command, Count, Driver, Event, Fault, FaultKind, Flags, Input, Nanos, Output, Problem,
-    Reading, Values,
+    Channel, Command, Count, Driver, Event, Events, FaultKind, Flags, Input, Nanos, Output,
+    Problem, Reading, Values, millis,
 };
 
 use crate::settings::{Extra, Settings};
@@ -45,14 +42,13 @@ pub struct Optoncdt {
     last_receipt: Nanos,
     last_block: Nanos,
     is_open: bool,
-    online: bool,
     in_trouble: bool,
     wrong_blocks: u32,
     /// Bytes of words that belong to no block.
     stray: u64,
     /// Whether the word before was one of no block.
     strayed: bool,
-    events: VecDeque<Event>,
+    events: Events,
     tally: Tally,
 }
 
@@ -97,12 +93,11 @@ impl Optoncdt {
             last_receipt: Nanos::ZERO,
             last_block: Nanos::ZERO,
             is_open: false,
-            online: false,
             in_trouble: false,
             wrong_blocks: 0,
             stray: 0,
             strayed: false,
-            events: VecDeque::new(),
+            events: Events::default(),
             tally: Tally::default(),
             settings,
         })
@@ -155,7 +150,7 @@ impl Optoncdt {
             let detail = format!(
                 "blocks have {more} words than the {words} described: set `extras` to what GETOUTINFO_RS422 lists, in its order"
             );
-            self.events.push_back(Event::Fault(Fault { kind: FaultKind::Protocol, detail }));
+            self.events.fault(FaultKind::Protocol, detail);
         }
     }
 
@@ -189,9 +184,8 @@ impl Optoncdt {
             return;
         }
         self.in_step = true;
-        if !std::mem::replace(&mut self.online, true) {
-            self.events.extend([Event::Online, Event::Ready]);
-        }
+        self.events.prove_online();
+        self.events.prove_ready();
         std::mem::take(&mut self.unproved).into_iter().for_each(|block| self.hold(block));
     }
 
@@ -216,10 +210,10 @@ impl Optoncdt {
         let was_in_trouble = std::mem::replace(&mut self.in_trouble, trouble.is_some());
         if let Some(trouble) = trouble.filter(|_| !was_in_trouble) {
             let detail = format!("the sensor reports: {trouble}");
-            self.events.push_back(Event::Fault(Fault { kind: FaultKind::Device, detail }));
+            self.events.fault(FaultKind::Device, detail);
         }
         self.tally.readings += 1;
-        self.events.push_back(Event::Reading(reading));
+        self.events.push(Event::Reading(reading));
     }
 
     /// Other bytes follow the newest block.
@@ -251,7 +245,7 @@ impl Optoncdt {
 
     /// When the sensor has been silent for too long.
     fn silent_at(&self) -> Option<Nanos> {
-        let is_watched = self.is_open && self.online && self.settings.silence_ms > 0;
+        let is_watched = self.is_open && self.events.is_online() && self.settings.silence_ms > 0;
         is_watched.then(|| self.last_block + millis(self.settings.silence_ms))
     }
 }
@@ -296,7 +290,8 @@ impl Driver for Optoncdt {
         self.decoder = Decoder::new(self.settings.series.width());
         self.block.clear();
         self.unproved.clear();
-        (self.online, self.in_trouble, self.strayed) = (false, false, false);
+        self.events.restart();
+        (self.in_trouble, self.strayed) = (false, false);
         (self.wrong_blocks, self.stray) = (0, 0);
         (self.in_step, self.held, self.last_count) = (false, None, None);
         (self.is_open, self.last_receipt, self.last_block) = (true, now, now);
@@ -313,10 +308,8 @@ impl Driver for Optoncdt {
         self.block.clear();
         self.unproved.clear();
         self.stray = 0;
-        if bytes > 0 {
-            self.tally.discarded_bytes += bytes;
-            self.events.push_back(Event::Discarded { bytes });
-        }
+        self.tally.discarded_bytes += bytes;
+        self.events.discarded(bytes);
     }
 
     fn receive(&mut self, now: Nanos, input: Input<'_>) {
@@ -331,10 +324,8 @@ impl Driver for Optoncdt {
             }
         }
         discarded += std::mem::take(&mut self.stray);
-        if discarded > 0 {
-            self.tally.discarded_bytes += discarded;
-            self.events.push_back(Event::Discarded { bytes: discarded });
-        }
+        self.tally.discarded_bytes += discarded;
+        self.events.discarded(discarded);
     }
 
     fn timeout(&mut self, now: Nanos) {
@@ -349,7 +340,7 @@ impl Driver for Optoncdt {
                 "no measurement for {silence} ms: check cable, power and laser, or set silence_ms"
             );
             self.is_open = false;
-            self.events.push_back(Event::Reopen(Fault { kind: FaultKind::Timeout, detail }));
+            self.events.reopen(FaultKind::Timeout, detail);
         }
     }
 
@@ -362,12 +353,8 @@ impl Driver for Optoncdt {
     }
 
     fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     fn command(&mut self, _: Nanos, _: Command) {}
-}
-
-fn millis(ms: u32) -> Duration {
-    Duration::from_millis(ms.into())
 }

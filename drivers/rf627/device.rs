@@ -1,11 +1,8 @@
 //! The scanner as a state machine.
 
-use std::collections::VecDeque;
-use std::time::Duration;
-
 use asphera_link::{
-    Channel, Command, Count, Driver, Event, Fault, FaultKind, Flags, Input, Nanos, Output, Problem,
-    Profile, Reading, Values,
+    Channel, Command, Count, Driver, Event, Events, FaultKind, Flags, Input, Nanos, Output,
+    Problem, Profile, Reading, Values, millis,
 };
 
 use crate::Settings;
@@ -25,13 +22,12 @@ pub struct Rf627 {
     is_open: bool,
     /// Serial number of the scanner that is listened to on this connection.
     serial: Option<u32>,
-    online: bool,
     /// The datagram before was refused; the first of a run is worth a message.
     is_muddled: bool,
     last_profile: Nanos,
     order: Order<Reading>,
     placed: Vec<Placed<Reading>>,
-    events: VecDeque<Event>,
+    events: Events,
     tally: Tally,
 }
 
@@ -75,12 +71,11 @@ impl Rf627 {
             channels: settings.channels(),
             is_open: false,
             serial: None,
-            online: false,
             is_muddled: false,
             last_profile: Nanos::ZERO,
             order: new_order(&settings),
             placed: Vec::new(),
-            events: VecDeque::new(),
+            events: Events::default(),
             tally: Tally::default(),
             settings,
         })
@@ -106,9 +101,8 @@ impl Rf627 {
         self.is_muddled = false;
         self.discard(packet.trailing());
         self.last_profile = now;
-        if !std::mem::replace(&mut self.online, true) {
-            self.events.extend([Event::Online, Event::Ready]);
-        }
+        self.events.prove_online();
+        self.events.prove_ready();
         let Header { packet_count, measure_count, time_ns, .. } = packet.header;
         let stamp = Stamp { packet: packet_count, measure: measure_count, time_ns };
         let (arrival, back) = self.order.take(now, stamp, reading(now, &packet), &mut self.placed);
@@ -142,7 +136,7 @@ impl Rf627 {
         self.tally.refused += 1;
         self.discard(bytes);
         if !std::mem::replace(&mut self.is_muddled, true) {
-            self.fault(FaultKind::Protocol, detail);
+            self.events.fault(FaultKind::Protocol, detail);
         }
     }
 
@@ -186,7 +180,7 @@ impl Rf627 {
             ),
         };
         *tally += 1;
-        self.fault(kind, words);
+        self.events.fault(kind, words);
         if arrival == Arrival::Repeated {
             self.discard(bytes);
         }
@@ -204,7 +198,7 @@ impl Rf627 {
                 };
                 let measure = stamp.measure;
                 let detail = format!("{missing} profiles are missing before {measure}: {why}");
-                self.fault(FaultKind::Protocol, detail);
+                self.events.fault(FaultKind::Protocol, detail);
             }
             self.give(item);
         }
@@ -218,23 +212,17 @@ impl Rf627 {
             self.tally.points += points as u64;
             self.tally.empty_points += (points - profile.valid()) as u64;
         }
-        self.events.push_back(Event::Reading(reading));
-    }
-
-    fn fault(&mut self, kind: FaultKind, detail: String) {
-        self.events.push_back(Event::Fault(Fault { kind, detail }));
+        self.events.push(Event::Reading(reading));
     }
 
     fn discard(&mut self, bytes: usize) {
-        if bytes > 0 {
-            self.tally.discarded_bytes += bytes as u64;
-            self.events.push_back(Event::Discarded { bytes: bytes as u64 });
-        }
+        self.tally.discarded_bytes += bytes as u64;
+        self.events.discarded(bytes as u64);
     }
 
     /// When the scanner has been silent for too long.
     fn silent_at(&self) -> Option<Nanos> {
-        let watched = self.online && self.settings.silence_ms > 0;
+        let watched = self.is_open && self.events.is_online() && self.settings.silence_ms > 0;
         watched.then(|| self.last_profile + millis(self.settings.silence_ms))
     }
 }
@@ -246,7 +234,8 @@ impl Driver for Rf627 {
 
     fn connected(&mut self, now: Nanos) {
         self.is_open = true;
-        (self.serial, self.online, self.last_profile) = (None, false, now);
+        self.events.restart();
+        (self.serial, self.last_profile) = (None, now);
         self.is_muddled = false;
         self.order = new_order(&self.settings);
     }
@@ -254,7 +243,7 @@ impl Driver for Rf627 {
     fn disconnected(&mut self, _: Nanos) {
         self.order.flush(&mut self.placed);
         self.give_placed();
-        (self.is_open, self.online) = (false, false);
+        self.is_open = false;
     }
 
     fn receive(&mut self, now: Nanos, input: Input<'_>) {
@@ -279,8 +268,8 @@ impl Driver for Rf627 {
             let detail = format!(
                 "no profile for {silence} ms: check cable, power, laser, trigger, and that the stream goes to this host"
             );
-            (self.is_open, self.online) = (false, false);
-            self.events.push_back(Event::Reopen(Fault { kind: FaultKind::Timeout, detail }));
+            self.is_open = false;
+            self.events.reopen(FaultKind::Timeout, detail);
         }
     }
 
@@ -293,7 +282,7 @@ impl Driver for Rf627 {
     }
 
     fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     fn command(&mut self, _: Nanos, _: Command) {}
@@ -318,8 +307,4 @@ fn reading(host: Nanos, packet: &Packet<'_>) -> Reading {
 
 fn new_order(settings: &Settings) -> Order<Reading> {
     Order::new(millis(settings.reorder_ms))
-}
-
-fn millis(ms: u32) -> Duration {
-    Duration::from_millis(ms.into())
 }

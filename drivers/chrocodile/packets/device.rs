@@ -15,10 +15,10 @@
 
 use std::collections::VecDeque;
 use std::fmt::Display;
-use std::time::Duration;
 
 use asphera_link::{
-    Channel, Command as Wish, Count, Driver, Event, Fault, FaultKind, Input, Nanos, Output, Reading,
+    Channel, Command as Wish, Driver, Event, Events, FaultKind, Input, Nanos, Output, Reading,
+    millis,
 };
 
 use super::formats::Formats;
@@ -28,7 +28,7 @@ use super::settings::PacketSettings;
 use super::talk::{State, Talk, Topic};
 use crate::decode::DeviceClock;
 use crate::error::Error;
-use crate::settings::{ATTEMPTS, FREE_RUN_GAP, Trigger};
+use crate::settings::{ATTEMPTS, Trigger};
 use crate::wire::packet::{CommandFlags, Data, Format, Kind, Message};
 
 /// Bytes without a reading after which the device cannot be sending what it was set up for.
@@ -53,7 +53,6 @@ pub struct PacketChrocodile {
     state: State,
     talk: Option<Talk>,
     ticket: u16,
-    online: bool,
     framing: Framing,
     formats: Formats,
     full_scale_um: f64,
@@ -64,7 +63,7 @@ pub struct PacketChrocodile {
     /// Whether it was said why data give no readings, since the last reading.
     troubled: bool,
     outputs: VecDeque<Output>,
-    events: VecDeque<Event>,
+    events: Events,
 }
 
 impl PacketChrocodile {
@@ -82,7 +81,6 @@ impl PacketChrocodile {
             state: State::Closed,
             talk: None,
             ticket: 0,
-            online: false,
             framing: Framing::default(),
             formats: Formats::default(),
             full_scale_um: 0.0,
@@ -91,7 +89,7 @@ impl PacketChrocodile {
             discarded: 0,
             troubled: false,
             outputs: VecDeque::new(),
-            events: VecDeque::new(),
+            events: Events::default(),
         })
     }
 
@@ -110,7 +108,7 @@ impl PacketChrocodile {
             order,
             ticket: self.ticket,
             attempt,
-            deadline: now + Duration::from_millis(self.settings.ready_timeout_ms.into()),
+            deadline: now + millis(self.settings.ready_timeout_ms),
             answered: false,
             format: Err(None),
         });
@@ -135,7 +133,7 @@ impl PacketChrocodile {
             self.framing.abandon();
         }
         if let Some(trouble) = self.framing.take_trouble() {
-            self.fault(FaultKind::Protocol, format!("bytes that are no packet, {trouble}: check that the port is that of packets, 7891"));
+            self.events.fault(FaultKind::Protocol, format!("bytes that are no packet, {trouble}: check that the port is that of packets, 7891"));
         }
         self.report_discarded();
         if self.takes_data() && self.discarded > MOST_DISCARDED {
@@ -162,7 +160,7 @@ impl PacketChrocodile {
             Err(trouble) => {
                 self.framing.refuse(packet);
                 if let Some(trouble) = trouble.filter(|_| !self.troubled) {
-                    self.fault(FaultKind::Protocol, trouble);
+                    self.events.fault(FaultKind::Protocol, trouble);
                     self.troubled = true;
                 }
                 if self.troubled && self.talk.is_none() {
@@ -192,11 +190,10 @@ impl PacketChrocodile {
                 first_ns.saturating_add((f64::from(row) * period_ns).round() as u64)
             });
             let start_ns = decoded.start_ns.map(|start_ns| self.clock.unwrap(start_ns, now));
-            let count = |raw: u16| Count { raw: raw.into(), first: 0, modulus: 1 << 16 };
-            self.events.push_back(Event::Reading(Reading {
+            self.events.push(Event::Reading(Reading {
                 host: now,
                 device_time_ns: start_ns.or(by_packet),
-                count: decoded.count.map(count),
+                count: decoded.count,
                 values: decoded.values,
                 flags: decoded.flags,
             }));
@@ -213,7 +210,7 @@ impl PacketChrocodile {
             }
             Err(error) => {
                 self.framing.refuse(packet);
-                self.fault(FaultKind::Protocol, error.to_string());
+                self.events.fault(FaultKind::Protocol, error.to_string());
                 return;
             }
         };
@@ -241,9 +238,7 @@ impl PacketChrocodile {
         let Some(talk) = self.talk.as_mut().filter(|talk| is_answer(talk)) else { return };
         talk.answered = true;
         let (topic, order) = (talk.topic, talk.order.clone());
-        if !std::mem::replace(&mut self.online, true) {
-            self.events.push_back(Event::Online);
-        }
+        self.events.prove_online();
         if message.flags.contains(CommandFlags::ERROR) {
             self.refused(
                 topic,
@@ -258,7 +253,7 @@ impl PacketChrocodile {
                 order.name(),
                 words(message)
             );
-            self.fault(FaultKind::Device, detail);
+            self.events.fault(FaultKind::Device, detail);
         }
         if order == Order::AskFullScale {
             match full_scale_um(message) {
@@ -293,7 +288,7 @@ impl PacketChrocodile {
             Topic::Start => {
                 self.state = State::Streaming;
                 (self.last_data, self.discarded, self.troubled) = (now, 0, false);
-                self.events.push_back(Event::Ready);
+                self.events.push(Event::Ready);
             }
             Topic::Format => {}
         }
@@ -330,7 +325,7 @@ impl PacketChrocodile {
             self.give_up(FaultKind::Refused, detail);
             return;
         }
-        self.fault(FaultKind::Refused, detail);
+        self.events.fault(FaultKind::Refused, detail);
         (self.talk, self.state) = (None, State::Refused);
     }
 
@@ -355,28 +350,19 @@ impl PacketChrocodile {
 
     fn give_up(&mut self, kind: FaultKind, detail: String) {
         (self.talk, self.state) = (None, State::Abandoned);
-        self.events.push_back(Event::Reopen(Fault { kind, detail }));
-    }
-
-    fn fault(&mut self, kind: FaultKind, detail: String) {
-        self.events.push_back(Event::Fault(Fault { kind, detail }));
+        self.events.reopen(kind, detail);
     }
 
     fn report_discarded(&mut self) {
         let bytes = self.framing.take_discarded();
-        if bytes > 0 {
-            self.discarded += bytes;
-            self.events.push_back(Event::Discarded { bytes });
-        }
+        self.discarded += bytes;
+        self.events.discarded(bytes);
     }
 
     /// When a free-running device has been silent for too long.
     fn gap_due(&self) -> Option<Nanos> {
-        let sample_s = f64::from(self.settings.averaging) / self.settings.sample_rate_hz;
-        let answer = Duration::from_millis(self.settings.ready_timeout_ms.into());
-        let longest = answer.max(Duration::from_secs_f64(FREE_RUN_GAP * sample_s));
         (self.state == State::Streaming && self.settings.trigger == Trigger::Free)
-            .then(|| self.last_data + longest)
+            .then(|| self.last_data + self.settings.longest_gap())
     }
 }
 
@@ -390,7 +376,8 @@ impl Driver for PacketChrocodile {
         self.formats.clear();
         self.outputs.clear();
         self.events.clear();
-        (self.ticket, self.online, self.last_data) = (0, false, now);
+        self.events.restart();
+        (self.ticket, self.last_data) = (0, now);
         (self.discarded, self.troubled) = (0, false);
         self.clock = DeviceClock::default();
         self.full_scale_um = self.settings.scale_um.unwrap_or(0.0);
@@ -436,13 +423,13 @@ impl Driver for PacketChrocodile {
     }
 
     fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     fn command(&mut self, now: Nanos, command: Wish) {
         self.wanted = command == Wish::Start;
         match self.state {
-            State::Streaming if self.wanted => self.events.push_back(Event::Ready),
+            State::Streaming if self.wanted => self.events.push(Event::Ready),
             State::Refused if self.wanted => {
                 self.state = State::Setup;
                 self.say(now, Topic::Setup(0), 1);

@@ -3,9 +3,7 @@
 use crate::packets::PacketSettings;
 use crate::settings::Trigger;
 use crate::wire::packet::{Argument, Message, Name};
-
-/// How much of a message of the device is repeated in a fault.
-const MESSAGE_LEN: usize = 120;
+use crate::words::{is_full_scale, shortened};
 
 /// A command of the driver.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,8 +89,7 @@ pub(super) const FULL_SCALE: Name = Name::new("SCA");
 
 /// The full scale in µm of a message of `SCA`.
 pub(super) fn full_scale_um(message: &Message) -> Option<f64> {
-    let number = message.arguments.first()?.number()?;
-    (number.is_finite() && number > 0.0).then_some(number)
+    message.arguments.first()?.number().filter(is_full_scale)
 }
 
 /// The arguments of a message in words.
@@ -101,17 +98,13 @@ pub(super) fn words(message: &Message) -> String {
         return "nothing".into();
     }
     let arguments: Vec<String> = message.arguments.iter().map(ToString::to_string).collect();
-    let all = arguments.join(" ");
-    let mut words: String = all.chars().take(MESSAGE_LEN).collect();
-    if words.len() < all.len() {
-        words.push('…');
-    }
-    words
+    shortened(&arguments.join(" "))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::words::MESSAGE_LEN;
 
     #[test]
     fn the_full_scale_is_a_positive_number() {

@@ -1,9 +1,11 @@
 //! Settings of the packet protocol.
 
+use std::time::Duration;
+
 use asphera_link::{Channel, MAX_CHANNELS, Problem, Unit, check_range};
 
 use crate::Trigger;
-use crate::settings::{channels, check_signals};
+use crate::settings::{channels, check_exposures, check_signals, longest_gap};
 use crate::wire::{Mode, Part, Quantity, Signal};
 
 /// Orders of the driver to the device, and how it judges what comes back.
@@ -50,12 +52,8 @@ impl PacketSettings {
     pub fn problems(&self) -> Vec<Problem> {
         let mut problems = Vec::new();
         check_signals(&mut problems, &self.signals, self.intensity_min);
-        check_range(&mut problems, "sample_rate_hz", self.sample_rate_hz, 1.0, 100_000.0);
-        check_range(&mut problems, "averaging", self.averaging, 1, 10_000);
-        if let Some(scale_um) = self.scale_um {
-            check_range(&mut problems, "scale_um", scale_um, 1.0, 1e6);
-        }
-        check_range(&mut problems, "intensity_min", self.intensity_min, 0.0, 1e9);
+        let exposures = (self.sample_rate_hz, self.averaging);
+        check_exposures(&mut problems, exposures, self.scale_um, self.intensity_min);
         check_range(&mut problems, "point", self.point, 1, u16::MAX);
         check_range(&mut problems, "ready_timeout_ms", self.ready_timeout_ms, 10, 60_000);
         if let Some(pitch_um) = self.pitch_um {
@@ -116,6 +114,10 @@ impl PacketSettings {
         let mut channels = channels(&globals);
         channels.push(Channel::new("valid", Unit::One));
         channels
+    }
+
+    pub(crate) fn longest_gap(&self) -> Duration {
+        longest_gap(self.sample_rate_hz, self.averaging, self.ready_timeout_ms)
     }
 
     /// Whether the time of a sample follows from that of its packet: the device runs free, and a sample is an exposure.

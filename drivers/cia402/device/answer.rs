@@ -29,11 +29,11 @@ impl Cia402 {
             Job::Preparing(order) => self.job = Job::Running(order),
             Job::Concluding => {
                 self.job = Job::Rest;
-                self.events.push_back(Event::Motion(MotionEvent::Arrived));
+                self.events.push(Event::Motion(MotionEvent::Arrived));
             }
             Job::Halting { failure, .. } => {
                 let event = failure.map_or(MotionEvent::Halted, MotionEvent::Failed);
-                self.events.push_back(Event::Motion(event));
+                self.events.push(Event::Motion(event));
                 self.halted(now);
             }
             Job::Closed | Job::Waiting { .. } | Job::Rest | Job::Running(_) => {}
@@ -91,14 +91,12 @@ impl Cia402 {
             }
             Use::Profile | Use::Vendor(_) => {}
             Use::ErrorRegister => {
-                if !std::mem::replace(&mut self.is_online, true) {
-                    self.events.push_back(Event::Online);
-                }
+                self.events.prove_online();
                 self.error = value != 0;
                 if self.error {
                     let detail =
                         format!("node {node} has error register {value:02X}h: see its manual");
-                    self.fault(FaultKind::Device, detail);
+                    self.events.fault(FaultKind::Device, detail);
                 }
             }
             Use::Modes => {
@@ -278,7 +276,7 @@ impl Cia402 {
             "{why}the drive does not stand after a quick stop, sent {attempt} times: press the emergency stop"
         );
         let failure = MotionFailure::new(MotionTrouble::Unanswered, detail);
-        self.events.push_back(Event::Motion(MotionEvent::Failed(failure)));
+        self.events.push(Event::Motion(MotionEvent::Failed(failure)));
         self.halted(now);
     }
 
@@ -331,7 +329,7 @@ impl Cia402 {
             }
             Order::Move if status.is_target_reached() && !status.is_acknowledged() => {
                 self.job = Job::Rest;
-                self.events.push_back(Event::Motion(MotionEvent::Arrived));
+                self.events.push(Event::Motion(MotionEvent::Arrived));
             }
             Order::Move => {}
         }

@@ -52,7 +52,7 @@ impl Cia406 {
                     data.len(),
                     self.layout.byte_len()
                 );
-                self.fault(FaultKind::Protocol, detail);
+                self.events.fault(FaultKind::Protocol, detail);
             }
             return self.discard(data);
         };
@@ -68,7 +68,7 @@ impl Cia406 {
         flags.set(Flags::DEVICE_ERROR, self.error);
         flags.set(Flags::OUT_OF_RANGE, position.area_state.is_some_and(AreaState::is_outside));
         let reading = self.reading(now, position, learned, count, flags);
-        self.events.push_back(Event::Reading(reading));
+        self.events.push(Event::Reading(reading));
     }
 
     fn overhear_heartbeat(&mut self, data: &[u8]) {
@@ -86,7 +86,7 @@ impl Cia406 {
                         "node {} is {state} and sends no positions: its master must start it",
                         self.node
                     );
-                    self.fault(FaultKind::Device, detail);
+                    self.events.fault(FaultKind::Device, detail);
                 }
                 if state == NmtState::BootUp {
                     self.error = false;
@@ -96,9 +96,7 @@ impl Cia406 {
     }
 
     fn is_there(&mut self) {
-        if !std::mem::replace(&mut self.online, true) {
-            self.events.push_back(Event::Online);
-        }
+        self.events.prove_online();
     }
 
     /// The node is operational. It owes positions from now on.
@@ -109,7 +107,7 @@ impl Cia406 {
         {
             *measures = true;
             cycle.begin();
-            self.events.push_back(Event::Ready);
+            self.events.push(Event::Ready);
         }
     }
 }

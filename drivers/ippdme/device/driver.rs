@@ -23,7 +23,7 @@ impl Driver for Ippdme {
     fn disconnected(&mut self, _now: Nanos) {
         let bytes = self.framer.reset();
         if bytes > 0 {
-            self.events.push_back(Event::Discarded { bytes });
+            self.events.push(Event::Discarded { bytes });
         }
         self.forget();
         self.link = Link::Closed;
@@ -34,7 +34,7 @@ impl Driver for Ippdme {
         for (at, &byte) in bytes.iter().enumerate() {
             if matches!(self.link, Link::Distrusted | Link::Closed) {
                 let bytes = (bytes.len() - at) as u64;
-                self.events.push_back(Event::Discarded { bytes });
+                self.events.push(Event::Discarded { bytes });
                 return;
             }
             match self.framer.push(byte) {
@@ -71,7 +71,7 @@ impl Driver for Ippdme {
     }
 
     fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     fn command(&mut self, now: Nanos, command: Command) {

@@ -111,7 +111,8 @@ impl Profiler {
                 self.stream.damaged += 1;
                 self.discard(Profile::len(&layout));
                 if self.stream.damaged < DAMAGED_IN_ROW {
-                    self.fault(FaultKind::Protocol, format!("a profile was passed over: {error}"));
+                    self.events
+                        .fault(FaultKind::Protocol, format!("a profile was passed over: {error}"));
                 } else {
                     let detail = format!(
                         "{DAMAGED_IN_ROW} profiles in a row with a wrong sum: they have not the {} points that were announced, or bytes are missing: check that the active program stays as it is, and has one head",
@@ -135,13 +136,13 @@ impl Profiler {
                 let detail = format!(
                     "the controller stopped the stream (notice {reason:04X}h): it is started anew; see the errors of the controller"
                 );
-                self.fault(FaultKind::Device, detail);
+                self.events.fault(FaultKind::Device, detail);
                 self.wait(now);
             }
             Some(_) => {}
             None if notice.ends_batch() => {}
             None => {
-                self.fault(
+                self.events.fault(
                     FaultKind::Protocol,
                     format!("a notice {:08X}h that says nothing", notice.0),
                 );
@@ -161,14 +162,14 @@ impl Profiler {
                 let detail = format!(
                     "{missing} profiles are missing before trigger {trigger}, not sent or with a wrong sum: check trigger rate and network"
                 );
-                self.fault(FaultKind::Protocol, detail);
+                self.events.fault(FaultKind::Protocol, detail);
             }
             _ => {
                 self.tally.restarts += 1;
                 let detail = format!(
                     "the controller counts triggers from {trigger} again after {last}: it was restarted, or its counts were reset; start the scan anew"
                 );
-                self.fault(FaultKind::Device, detail);
+                self.events.fault(FaultKind::Device, detail);
             }
         }
     }
@@ -194,7 +195,7 @@ impl Profiler {
         let [no_peak, masked, dead_zone, unprocessed] = without.map(f64::from);
         let encoder = f64::from(profile.encoder_count);
         let values = [encoder, valid as f64, no_peak, masked, dead_zone, unprocessed].map(Some);
-        self.events.push_back(Event::Reading(Reading {
+        self.events.push(Event::Reading(Reading {
             host: now,
             device_time_ns: None,
             count: Some(Count { raw: profile.trigger_count % COUNTS, first: 0, modulus: COUNTS }),
