@@ -10,7 +10,7 @@
 //! | PV, RMS, PV99%, PVr, what terms leave of them, zones, rings | as fitted | as fitted, with a caution |
 //! | slopes | as fitted | as fitted, with a caution |
 //! | Zernike terms, Q spectrum | as fitted | as fitted, with a caution |
-//! | minimum zone | as fitted | as fitted, with a caution |
+//! | figures of points ([`Definition::OF_POINTS`]) | as fitted | as fitted, with a caution |
 //! | PSD, texture | as fitted | as fitted: power is removed, or filters take off what is as long as the part |
 //!
 //! ISO 10110-5 states the first line against the theoretical surface of the drawing, whatever the fit was free to do. The others

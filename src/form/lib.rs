@@ -44,7 +44,8 @@ pub use fit::{
 pub use live::{Accumulator, Grid, Live, LiveError, LiveEstimate, LiveSettings, LiveWeights, Map};
 pub use middle::middle_mm;
 pub use minimum_zone::{
-    Certificate, Contact, Criterion, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone,
+    Certificate, Contact, Criterion, LinearZone, Side, ZoneFit, ZoneSettings, ZoneTermination,
+    minimum_zone,
 };
 pub use nominal::{Asphere, Curvatures, Foot, Nominal, NominalError, Parameter, ParameterError};
 pub use pose::{Motion, Pose};

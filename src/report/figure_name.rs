@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 pub struct FigureName {
     /// Identity of the limit, with unit and scope: `pv_nm`, `rms_nm 0-4.5 mm`.
     pub name: String,
-    /// Identity of the figure: `pv`, `minimum_zone`.
+    /// Identity of the figure: `pv`, `rmsi`.
     #[serde(default)]
     pub id: String,
     /// Short sign of the figure: `PV`, `RMSi`.

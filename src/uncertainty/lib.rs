@@ -5,10 +5,10 @@
 //! U_b = G·U_d·Gᵀ, which holds for whatever covariance U_d of the points, where [`Fit::covariance`] takes the
 //! residuals for noise; without a budget, [`type_a`] takes U_d from the deviations, correlated as they are, and
 //! [`glance`] the same roughly at little cost. The measurand of a parameter or of the RMS is what the fit would give at
-//! the same places without these errors, and so it is of a minimum zone and of the texture. [`places()`] says what these places
+//! the same places without these errors, and so it is of figures of points and of the texture. [`places()`] says what these places
 //! do: [`Uncertainty::over`] makes the RMS and the parameters those of the area, where points count by what they stand for; what
 //! lies between the points is another matter: see [`unmeasured`]. Where nothing but the noise is known, [`NoiseOnly`] has closed
-//! forms for PV and RMS. PV, minimum zone, Sp, Sv and Sz are made of extremes, which noise drives apart: their intervals reach from what the
+//! forms for PV and RMS. PV, Sp, Sv, Sz and the like are made of extremes, which noise drives apart: their intervals reach from what the
 //! form has for sure up to what a defect of a single point may hide in noise, so that they hold the truth whatever the form is;
 //! u of them is that of single points. Where nothing but noise is there, they begin at 0.
 //!

@@ -14,8 +14,7 @@ use super::budget::UncertaintyError;
 use super::extremes::{Datum, End, Extremes, Outer};
 use super::linear::dot;
 use super::simulate::{Draws, OfDistances, Simulated};
-use asphera_form::linear::LinearZone;
-use asphera_form::{FitSettings, NM_PER_MM, Side, ZoneFit, deviations};
+use asphera_form::{FitSettings, LinearZone, NM_PER_MM, Side, ZoneFit, deviations};
 
 impl Uncertainty {
     /// The width of a minimum zone of the same points in nm, at the measured places, by simulated measurements. `None` for a

@@ -18,7 +18,7 @@ pub const QIF_NAMESPACE: &str = "http://qifstandards.org/xsd/qif3";
 ///
 /// Each limit of the verdict that is a length becomes a characteristic `OtherForm`, which QIF has for forms
 /// it has no type of its own for: definition with the tolerance, nominal, item, measurement with value and
-/// status. All figures of the form, minimum zone, texture and indication, which need no tolerance, stand as attributes
+/// status. All figures of the form and of standards, which need no tolerance, stand as attributes
 /// of the results, with unit and variant in the name. QIF's surface texture is Ra of a profile alone, so texture has no
 /// other place. Lengths are in mm. The same report gives the same bytes: the identifier of the
 /// document is made from its content.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use asphera_figures::{Definition, Figure};
+use asphera_figures::{Definition, Figure, Subject};
 use asphera_form::{Figures, METHOD};
 use asphera_geometry::PointMm;
 use asphera_report::{
@@ -99,7 +99,7 @@ impl Formed {
         let values_nm: Vec<f64> = self.deviations_mm.iter().map(|mm| 1e6 * mm).collect();
         let Figures { pv_nm, rms_nm, max_nm, min_nm, at_max_mm, at_min_mm, .. } = self.figures;
         let uncertainty = self.errors.as_ref().map(|known| known.figures(pv_nm, noise_measured));
-        let mut unknown = vec![NOT_FORMED.to_owned()];
+        let mut unknown = vec![not_formed()];
         if uncertainty.is_none() {
             unknown.push(match part.judging.uncertainty {
                 Some(_) => "uncertainties: of a budget only the noise is worked out in space, and it is not known or not all".to_owned(),
@@ -279,4 +279,11 @@ const FORMED: [Definition; 4] = [
     Definition::RmsAboutZero,
     Definition::RmsAboutMean,
 ];
-const NOT_FORMED: &str = "figures of a map, such as Zernike terms, slopes, texture and the minimum zone, are not formed in space";
+
+/// Why figures are missing in space.
+fn not_formed() -> String {
+    let points = Subject::Points.figures();
+    format!(
+        "figures of a map, such as Zernike terms, slopes, texture and {points}, are not formed in space"
+    )
+}
