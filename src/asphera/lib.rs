@@ -18,7 +18,6 @@ mod corpora;
 pub mod lens;
 pub mod live;
 pub mod parts;
-mod plan_aperture;
 pub mod replay;
 pub mod results;
 pub mod session;

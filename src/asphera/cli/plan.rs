@@ -20,7 +20,7 @@ use super::files::{part, refuse};
 use super::output::{Failure, print, print_json};
 use super::progress::Progress;
 use super::text::TextArgs;
-use crate::plan_aperture::plan_aperture;
+use crate::station::plan_aperture;
 
 #[derive(Args)]
 pub(super) struct PlanArgs {

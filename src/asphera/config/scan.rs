@@ -12,8 +12,7 @@ use asphera_settings::Section;
 
 use super::devices::DeviceConfig;
 use super::motion::SyncConfig;
-use crate::plan_aperture::plan_aperture;
-use crate::station::{AdaptivePlan, Axis, Kinematics, ScanAxis, ScanPlan};
+use crate::station::{AdaptivePlan, Axis, Kinematics, ScanAxis, ScanPlan, plan_aperture};
 
 /// All that a plan is checked against.
 pub(super) struct Station<'a> {

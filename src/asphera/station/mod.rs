@@ -28,6 +28,7 @@ pub use joiner::JoinSettings;
 pub use kinematics::{Axis, ErrorTable, Kinematics, Point, Source};
 pub use line::Line;
 pub use profiler::{Carriage, ProfileDirection, Profiler, Scaling};
+pub(crate) use scan::plan_aperture;
 pub use scan::{AdaptivePlan, ArmError, Order, ScanAxis, ScanDecision, ScanPlan, Scanner, Stroke};
 pub use synchronizer::{Record, StreamCounts, SyncSettings, Synchronizer};
 pub use thermal::{Expansion, Temperature, Thermal, ThermalSettings};

@@ -14,6 +14,7 @@ mod gate;
 mod pieces;
 mod plan;
 mod program;
+mod region;
 mod scanner;
 #[cfg(test)]
 mod tests;
@@ -27,6 +28,7 @@ use asphera_report::ScanFigures;
 
 pub use self::plan::{AdaptivePlan, ScanAxis, ScanDecision, ScanPlan, Stroke};
 pub(super) use self::program::ProgramScanner;
+pub(crate) use self::region::plan_aperture;
 pub use self::scanner::{ArmError, Order, Scanner};
 use super::kinematics::Point;
 use gate::Gate;
