@@ -105,7 +105,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("asphera-slcan", &["asphera-link"]),
     ("asphera-faults", &["asphera-link"]),
     ("asphera-transport", &["asphera-cantext", "asphera-link"]),
-    ("asphera-rig", &["asphera-form", "asphera-link", "asphera-settings"]),
+    ("asphera-rig", &["asphera-form", "asphera-link", "asphera-settings", "asphera-stand"]),
     ("asphera-stand", &["asphera-link"]),
     ("asphera-tests", &["asphera", "asphera-rig"]),
 ];

@@ -5,10 +5,11 @@ use std::io;
 use std::net::SocketAddr;
 
 use asphera_sim_ippdme::{Machine, MachineSettings, Probe, SharedMachine, Surface};
+use asphera_stand::serve_hosts;
 use tokio::net::TcpListener;
 use tokio::task::JoinSet;
 
-use crate::drive::{address, serve};
+use crate::drive::address;
 use crate::scene::read::{self, Part};
 use crate::{RigError, SceneError};
 
@@ -115,9 +116,9 @@ impl CmmRig {
 
     fn answer(&mut self, port: TcpListener) {
         let machine = self.machine.clone();
-        self.task.spawn(serve(port, move |stream| {
+        self.task.spawn(serve_hosts(port, move |stream| {
             let machine = machine.clone();
-            async move { drop(machine.serve(stream).await) }
+            async move { machine.serve(stream).await }
         }));
     }
 

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use asphera_sim_cia402::SharedDrives;
 use asphera_sim_zaber::SharedStage;
+use asphera_stand::serve_hosts;
 use tokio::io::AsyncWriteExt as _;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::JoinSet;
@@ -153,9 +154,9 @@ impl DriveRig {
         let gauge = Arc::new(Gauge { scene, axes: axes.clone() });
         let measured = Arc::clone(&gauge);
         let mut gauge_task = JoinSet::new();
-        gauge_task.spawn(serve(gauge_port, move |stream| {
+        gauge_task.spawn(serve_hosts(gauge_port, move |stream| {
             let gauge = Arc::clone(&measured);
-            async move { drop(gauge.send(stream).await) }
+            async move { gauge.send(stream).await }
         }));
         let mut rig = DriveRig { axes, gauge, addresses, gauge_task, stage_task: JoinSet::new() };
         rig.answer(stage_port);
@@ -180,9 +181,9 @@ impl DriveRig {
 
     fn answer(&mut self, port: TcpListener) {
         let axes = self.axes.clone();
-        self.stage_task.spawn(serve(port, move |stream| {
+        self.stage_task.spawn(serve_hosts(port, move |stream| {
             let axes = axes.clone();
-            async move { drop(axes.serve(stream).await) }
+            async move { axes.serve(stream).await }
         }));
     }
 
@@ -228,31 +229,6 @@ impl fmt::Debug for DriveRig {
             .field("addresses", &self.addresses)
             .field("tasks", &tasks)
             .finish_non_exhaustive()
-    }
-}
-
-/// Takes connections, each with a task of its own.
-pub(crate) async fn serve<S, F>(port: TcpListener, answer: S)
-where
-    S: Fn(TcpStream) -> F,
-    F: Future<Output = ()> + Send + 'static,
-{
-    let mut connections = JoinSet::new();
-    loop {
-        tokio::select! {
-            accepted = port.accept() => match accepted {
-                Ok((stream, _)) => {
-                    // Small messages go out at once.
-                    drop(stream.set_nodelay(true));
-                    connections.spawn(answer(stream));
-                }
-                Err(error) => {
-                    tracing::warn!(%error, "the bench takes no connections");
-                    return;
-                }
-            },
-            Some(_) = connections.join_next() => {}
-        }
     }
 }
 

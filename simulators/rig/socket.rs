@@ -7,9 +7,9 @@ use std::time::Duration;
 use asphera_modbus::Transport;
 use asphera_sim_chrocodile as chrocodile;
 use asphera_sim_modbus as modbus;
-use tokio::net::{TcpListener, TcpStream};
+use asphera_stand::{next_host, serve_hosts};
+use tokio::net::TcpListener;
 use tokio::sync::watch;
-use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep};
 
 /// The bench's hand on a TCP port of 127.0.0.1.
@@ -95,23 +95,9 @@ pub(crate) struct Thermometer {
 
 impl Device for Thermometer {
     async fn accept(&mut self, listener: &TcpListener) {
-        let mut connections = JoinSet::new();
-        loop {
-            tokio::select! {
-                accepted = listener.accept() => match accepted {
-                    Ok((stream, _)) => {
-                        let device = self.device.clone();
-                        connections.spawn(modbus::serve(stream, device, Transport::Tcp, self.start));
-                    }
-                    Err(error) => {
-                        tracing::warn!(%error, "the thermometer takes no connections");
-                        return;
-                    }
-                },
-                // A client that goes away in the middle of an answer is no trouble of the device.
-                Some(_) = connections.join_next() => {}
-            }
-        }
+        let answer =
+            |stream| modbus::serve(stream, self.device.clone(), Transport::Tcp, self.start);
+        serve_hosts(listener, answer).await;
     }
 
     async fn unplugged(&self) {
@@ -125,33 +111,18 @@ pub(crate) struct Probe(pub(crate) chrocodile::Simulator);
 impl Device for Probe {
     async fn accept(&mut self, listener: &TcpListener) {
         loop {
-            let accepted = tokio::select! {
-                accepted = listener.accept() => accepted,
+            let host = tokio::select! {
+                host = next_host(listener) => host,
                 () = self.0.lose_exposures() => continue,
             };
-            match accepted {
-                Ok((stream, _)) => self.serve(stream).await,
-                Err(error) => {
-                    tracing::warn!(%error, "the probe takes no connections");
-                    return;
-                }
-            }
+            let Some(stream) = host else { return };
+            let served = self.0.serve(stream).await;
+            tracing::debug!(?served, "a connection of the probe has ended");
         }
     }
 
     async fn unplugged(&self) {
         self.0.lose_exposures().await;
-    }
-}
-
-impl Probe {
-    async fn serve(&self, stream: TcpStream) {
-        // Without it, single packets would wait for the acknowledgement of the last.
-        let served = match stream.set_nodelay(true) {
-            Ok(()) => self.0.serve(stream).await.map_err(|error| error.to_string()),
-            Err(error) => Err(error.to_string()),
-        };
-        tracing::debug!(?served, "a connection of the probe has ended");
     }
 }
 

@@ -29,5 +29,6 @@ mod transducers;
 mod voice;
 
 pub use played::{Instrument, Played, UnplayableError};
+pub use port::{next_host, serve_hosts};
 pub use sight::Sight;
 pub use stand::{Listing, Stand, StandError};

@@ -5,10 +5,9 @@ use std::sync::Arc;
 use asphera_modbus::{Field, Kind, Map, Role, Settings};
 use asphera_sim_modbus::{Device, Image, serve};
 use tokio::net::TcpListener;
-use tokio::task::JoinSet;
 use tokio::time::Instant;
 
-use crate::port::next_host;
+use crate::port::serve_hosts;
 use crate::showing::Showing;
 
 /// The device by its settings, which have no problems; `None` where there is no such map.
@@ -72,16 +71,5 @@ pub(crate) fn range(settings: &Settings, channel: usize) -> Option<(f64, f64)> {
 /// Answers any number of hosts.
 pub(crate) async fn answer(port: TcpListener, device: Device, settings: Settings) {
     let start = Instant::now();
-    let mut connections = JoinSet::new();
-    loop {
-        tokio::select! {
-            host = next_host(&port) => {
-                let Some(stream) = host else { return };
-                let (device, transport) = (device.clone(), settings.transport);
-                connections.spawn(serve(stream, device, transport, start));
-            }
-            // A host that goes away in the middle of an answer is no trouble of the device.
-            Some(_) = connections.join_next() => {}
-        }
-    }
+    serve_hosts(port, |stream| serve(stream, device.clone(), settings.transport, start)).await;
 }
