@@ -5,9 +5,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde_json::Value;
+
+mod waiting;
+
+use waiting::deadline;
+pub use waiting::{now, snapshot, until, wait_for};
 
 /// The folder of the project.
 pub fn root() -> PathBuf {
@@ -185,14 +190,10 @@ impl Running {
 
     /// Waits for the end and gives stdout.
     pub fn wait(mut self, limit: Duration) -> Output {
-        let until = deadline(limit);
-        let status = loop {
-            if let Some(status) = self.child.try_wait().expect("a child can be waited for") {
-                break status;
-            }
-            assert!(now() < until, "still running after {limit:?}; seen: {:#?}", self.seen);
-            std::thread::park_timeout(Duration::from_millis(20));
-        };
+        let status = wait_for("end of the program", limit, || {
+            let status = self.child.try_wait().expect("a child can be waited for");
+            status.ok_or_else(|| self.seen.join("\n"))
+        });
         let mut stdout = Vec::new();
         if let Some(mut pipe) = self.child.stdout.take() {
             std::io::Read::read_to_end(&mut pipe, &mut stdout).expect("stdout can be read");
@@ -211,16 +212,6 @@ impl Drop for Running {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
-}
-
-/// The time, for tests that wait for real programs.
-#[expect(clippy::disallowed_methods, reason = "tests wait for real programs")]
-pub fn now() -> Instant {
-    Instant::now()
-}
-
-fn deadline(limit: Duration) -> Instant {
-    now() + limit
 }
 
 /// Address and token of a page, from the line that prints them.

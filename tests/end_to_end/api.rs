@@ -16,14 +16,7 @@ fn get(address: &str, path: &str) -> Value {
 
 /// Asks until a snapshot is as wanted.
 pub(crate) fn until(address: &str, what: &str, wanted: impl Fn(&Value) -> bool) -> Value {
-    for _ in 0..300 {
-        let snapshot = get(address, "/api/v1/snapshot");
-        if wanted(&snapshot) {
-            return snapshot;
-        }
-        std::thread::park_timeout(Duration::from_millis(100));
-    }
-    panic!("never {what}: {:#}", get(address, "/api/v1/snapshot"));
+    asphera_tests::until(address, what, Duration::from_secs(30), wanted)
 }
 
 /// Starts a demo whose page stays, and waits for the end of its first session.

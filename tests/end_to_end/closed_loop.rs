@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use asphera_rig::{DriveRig, DriveScene, StageFault};
 use asphera_tests::{
-    Running, asphera, count, http, json, json_file, now, number, page, recording, root, run,
+    Running, asphera, count, http, json, json_file, number, page, recording, root, run, snapshot,
+    wait_for,
 };
 use serde_json::Value;
 
@@ -72,14 +73,8 @@ impl Bench {
 
     /// How long after a time the stage received its first stop.
     fn stop_after(&self, pressed: Duration) -> Duration {
-        let end = now() + Duration::from_secs(2);
-        loop {
-            if let Some(at) = self.stopped_at() {
-                return at.checked_sub(pressed).unwrap();
-            }
-            assert!(now() < end, "no stop within 2 s");
-            std::thread::park_timeout(Duration::from_millis(2));
-        }
+        let stopped = || self.stopped_at().ok_or("none");
+        wait_for("stop", Duration::from_secs(2), stopped).checked_sub(pressed).unwrap()
     }
 
     /// When the stage received a stop first, since it was started.
@@ -99,22 +94,8 @@ pub(crate) struct Station {
 }
 
 impl Station {
-    fn snapshot(&self) -> Value {
-        let (status, body) = http(&self.address, "GET", "/api/v1/snapshot", &[]);
-        assert_eq!(status, 200);
-        serde_json::from_slice(&body).unwrap()
-    }
-
     pub(crate) fn until(&self, what: &str, is_there: impl Fn(&Value) -> bool) -> Value {
-        let end = now() + Duration::from_secs(60);
-        loop {
-            let snapshot = self.snapshot();
-            if is_there(&snapshot) {
-                return snapshot;
-            }
-            assert!(now() < end, "{what}: {:#}, links {:#}", snapshot["scan"], snapshot["links"]);
-            std::thread::park_timeout(Duration::from_millis(20));
-        }
+        asphera_tests::until(&self.address, what, Duration::from_secs(60), is_there)
     }
 
     fn until_moving(&self) -> Value {
@@ -196,7 +177,7 @@ fn nothing_moves_before_it_is_armed_and_only_who_may_arms_it() {
         links.iter().all(|link| link["state"] == "connected")
     });
     std::thread::park_timeout(Duration::from_secs(2));
-    let scan = station.snapshot()["scan"].clone();
+    let scan = snapshot(&station.address)["scan"].clone();
     assert_eq!(
         (scan["state"].as_str(), scan["points"].as_u64()),
         (Some("disarmed"), Some(0)),
@@ -340,7 +321,7 @@ fn a_lost_link_halts_and_disarms() {
     let moves = bench.rig.stage().unwrap().moves();
     std::thread::park_timeout(Duration::from_secs(1));
     assert_eq!(bench.rig.stage().unwrap().moves(), moves);
-    assert_eq!(station.snapshot()["scan"]["state"], "disarmed");
+    assert_eq!(snapshot(&station.address)["scan"]["state"], "disarmed");
     assert_eq!(station.post("/api/v1/scan/arm").0, 204);
     station.until("moving again", |_| bench.rig.stage().unwrap().moves() > moves);
 }

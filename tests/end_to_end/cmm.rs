@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use asphera_rig::{CmmRig, CmmScene, MachineFault};
 use asphera_tests::{
-    Running, asphera, count, http, json, json_file, now, number, page, recording, root, run,
+    Running, asphera, count, http, json, json_file, number, page, recording, root, run, wait_for,
 };
 use serde_json::Value;
 
@@ -63,15 +63,15 @@ impl Bench {
 
     /// How long after a time the machine received its first halt.
     fn halted_after(&self, pressed: Duration) -> Duration {
-        let end = now() + Duration::from_secs(2);
-        loop {
+        let halted = || {
             let received = self.rig.machine().received();
-            if let Some(halt) = received.iter().find(|one| one.text.contains("AbortE()")) {
-                return halt.at.checked_sub(pressed).unwrap();
-            }
-            assert!(now() < end, "no halt within 2 s");
-            std::thread::park_timeout(Duration::from_millis(2));
-        }
+            received
+                .iter()
+                .find(|one| one.text.contains("AbortE()"))
+                .map(|one| one.at)
+                .ok_or("none")
+        };
+        wait_for("halt", Duration::from_secs(2), halted).checked_sub(pressed).unwrap()
     }
 }
 
@@ -92,17 +92,7 @@ struct Station {
 
 impl Station {
     fn until(&self, what: &str, is_there: impl Fn(&Value) -> bool) -> Value {
-        let end = now() + Duration::from_secs(60);
-        loop {
-            let (status, body) = http(&self.address, "GET", "/api/v1/snapshot", &[]);
-            assert_eq!(status, 200);
-            let snapshot: Value = serde_json::from_slice(&body).unwrap();
-            if is_there(&snapshot) {
-                return snapshot;
-            }
-            assert!(now() < end, "{what}: {:#}, links {:#}", snapshot["scan"], snapshot["links"]);
-            std::thread::park_timeout(Duration::from_millis(20));
-        }
+        asphera_tests::until(&self.address, what, Duration::from_secs(60), is_there)
     }
 
     fn until_measuring(&self) {

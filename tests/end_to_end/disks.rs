@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use asphera_tests::{Running, asphera, count, http, json_file, now, page, recording, skipped};
+use asphera_tests::{Running, asphera, count, json_file, page, recording, skipped, snapshot};
 use serde_json::Value;
 
 use crate::demo::{replayed, timeless};
@@ -46,23 +46,9 @@ impl Demo {
         std::fs::rename(next, disk).unwrap();
     }
 
-    fn snapshot(&self) -> Value {
-        let (status, body) = http(&self.address, "GET", "/api/v1/snapshot", &[]);
-        assert_eq!(status, 200);
-        serde_json::from_slice(&body).unwrap()
-    }
-
     /// The first snapshot of which something holds.
     fn until(&self, what: &str, holds: impl Fn(&Value) -> bool) -> Value {
-        let by = now() + Duration::from_secs(60);
-        loop {
-            let snapshot = self.snapshot();
-            if holds(&snapshot) {
-                return snapshot;
-            }
-            assert!(now() < by, "never {what}: {:#}", snapshot["verdict"]);
-            std::thread::park_timeout(Duration::from_millis(50));
-        }
+        asphera_tests::until(&self.address, what, Duration::from_secs(60), holds)
     }
 
     fn received(&self, points: u64) {
@@ -94,7 +80,7 @@ fn a_disk_that_fails_or_fills_up_is_told_everywhere_and_the_measurement_goes_on(
             "{fault}: {:#}",
             report["verdict"]
         );
-        let shown = demo.snapshot();
+        let shown = snapshot(&demo.address);
         assert!(reason(&shown, words), "{fault}: {:#}", shown["verdict"]);
         // What reached the disk is there, and said to be a part.
         let replayed = replayed(demo.out.path());

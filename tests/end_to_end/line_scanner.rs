@@ -7,7 +7,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use asphera_sim_rf627::{Fault, Optics, Part, Scan, Scanner, send};
-use asphera_tests::{Running, asphera, count, json, json_file, number, recording, run};
+use asphera_tests::{Running, asphera, count, json, json_file, number, recording, run, wait_for};
 
 const PART: Part =
     Part { radius_mm: Some(40.0), wave_um: 5.0, wave_length_mm: 4.0, half_width_mm: 4.8 };
@@ -101,9 +101,9 @@ fn measured_by(
     let running =
         Running::start(Command::new(asphera()).args(["run", "--once", "--config"]).arg(&config));
     // The port is taken when the session has begun.
-    while UdpSocket::bind(address).is_ok() {
-        std::thread::park_timeout(Duration::from_millis(100));
-    }
+    wait_for("session", Duration::from_secs(60), || {
+        UdpSocket::bind(address).err().ok_or("nobody listens at the port")
+    });
     let departures = scan.departures(&mut Scanner::new(optics(), 1), faults, 3).unwrap();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     runtime.block_on(send(&departures, address)).unwrap();

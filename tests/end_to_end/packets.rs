@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use asphera_rig::{Plan, Rig, Scene, StationOptions};
 use asphera_sim_chrocodile::{Exposure, Fault, PacketDevice, Sample, Simulator, tcp};
-use asphera_tests::{Running, asphera, count, json, json_file, number, recording, run};
+use asphera_tests::{Running, asphera, count, json, json_file, number, recording, run, wait_for};
 use serde_json::Value;
 
 /// The built-in asphere with its probe on packets, without a thermometer.
@@ -61,15 +61,12 @@ fn measured(folder: &Path, config: &Path) -> (i32, Value, PathBuf) {
 
 /// The address that `asphera simulate` printed for a link.
 fn address(listing: &Path, link: &str) -> String {
-    for _ in 0..600 {
+    wait_for(&format!("address of {link}"), Duration::from_secs(60), || {
         let text = std::fs::read_to_string(listing).unwrap();
         let line = text.lines().find(|line| line.starts_with(link));
-        if let Some(address) = line.and_then(|line| line.split_whitespace().next_back()) {
-            return address.to_owned();
-        }
-        std::thread::park_timeout(Duration::from_millis(100));
-    }
-    panic!("no {link} after 60 s")
+        let address = line.and_then(|line| line.split_whitespace().next_back());
+        address.map(str::to_owned).ok_or(text)
+    })
 }
 
 /// `asphera simulate` in one process, `asphera run` in another.

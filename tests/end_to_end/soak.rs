@@ -4,7 +4,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use asphera_rig::{Rig, Scene, Speed, StationOptions};
-use asphera_tests::{Running, asphera, http, now, page, repetitions};
+use asphera_tests::{Running, asphera, http, page, repetitions, snapshot, until};
 use serde_json::Value;
 
 /// What a process holds.
@@ -55,31 +55,21 @@ fn heaps(maps: &str) -> usize {
     ranges.windows(2).filter(is_heap).count()
 }
 
-fn snapshot(address: &str) -> Value {
-    let (_, body) = http(address, "GET", "/api/v1/snapshot", &[]);
-    serde_json::from_slice(&body).unwrap()
-}
-
 /// Runs a session to its end; gives the most memory seen.
 fn measure(address: &str, token: &str, process: u32) -> u64 {
     let before = snapshot(address)["session"]["id"].clone();
     start(address, token);
-    let by = now() + Duration::from_secs(3600);
     let mut most_kib = 0;
-    loop {
-        let snapshot = snapshot(address);
+    let last = until(address, "end of the session", Duration::from_secs(3600), |snapshot| {
         most_kib = most_kib.max(held(process).memory_kib);
         let is_new = snapshot["session"]["id"] != before;
-        if is_new && snapshot["state"] == "complete" && !snapshot["outputs"].is_null() {
-            // A scan that broke off tells nothing of memory.
-            let (_, report) = http(address, "GET", "/api/v1/report", &[]);
-            let report: Value = serde_json::from_slice(&report).unwrap();
-            assert_eq!(snapshot["session"]["ended"], "complete", "{:#}", report["links"]);
-            return most_kib;
-        }
-        assert!(now() < by, "{:#}", snapshot["progress"]);
-        std::thread::park_timeout(Duration::from_millis(50));
-    }
+        is_new && snapshot["state"] == "complete" && !snapshot["outputs"].is_null()
+    });
+    // A scan that broke off tells nothing of memory.
+    let (_, report) = http(address, "GET", "/api/v1/report", &[]);
+    let report: Value = serde_json::from_slice(&report).unwrap();
+    assert_eq!(last["session"]["ended"], "complete", "{:#}", report["links"]);
+    most_kib
 }
 
 /// A station at a rig, with the address of its page and its token.

@@ -7,7 +7,9 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use asphera_rig::{Plan, Scene};
-use asphera_tests::{Running, asphera, count, data, http, json, json_file, now, number, page, run};
+use asphera_tests::{
+    Running, asphera, count, data, http, json, json_file, number, page, run, until,
+};
 use serde_json::Value;
 
 use crate::demo::{replayed, timeless};
@@ -60,19 +62,15 @@ fn a_snapshot_of_a_ball_is_the_measurement_of_the_points_so_far() {
             .stdout(Stdio::null()),
     );
     let (address, _) = page(&daemon.line("page:", Duration::from_secs(60)));
-    let by = now() + Duration::from_secs(60);
     let mut moments: Vec<Value> = Vec::new();
-    while moments.len() < 3 {
-        assert!(now() < by, "{} moments were seen", moments.len());
-        let (_, body) = http(&address, "GET", "/api/v1/snapshot", &[]);
-        let snapshot: Value = serde_json::from_slice(&body).unwrap();
+    until(&address, "three moments with figures", Duration::from_secs(60), |snapshot| {
         let as_of = |of: &Value| of["mesh"]["reconstruction"]["as_of_points"].as_u64();
         let newest = moments.last().and_then(as_of).unwrap_or(1999);
-        if as_of(&snapshot).is_some_and(|points| points > newest) && snapshot["form"].is_object() {
-            moments.push(snapshot);
+        if as_of(snapshot).is_some_and(|points| points > newest) && snapshot["form"].is_object() {
+            moments.push(snapshot.clone());
         }
-        std::thread::park_timeout(Duration::from_millis(50));
-    }
+        moments.len() == 3
+    });
     let plan = Plan::new(&Scene::built_in("ball").unwrap().with_points(20_000)).unwrap();
     let nominal = nominal(out.path(), "[fit]\nfree = [\"tx\", \"ty\", \"tz\", \"radius\"]\n");
     // Upright through the middle: it cuts what is scanned so far, and ends at its border.

@@ -5,7 +5,7 @@ use std::net::{TcpListener, TcpStream};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use asphera_tests::{Running, asphera, http, json_file, now, page, recording, root};
+use asphera_tests::{Running, asphera, json_file, now, page, recording, root, wait_for};
 
 use crate::api::until;
 use crate::demo::replayed;
@@ -62,18 +62,11 @@ fn figures_that_take_long_are_left_to_a_replay() {
             .stdout(Stdio::piped()),
     );
     let (address, _) = page(&daemon.line("page:", Duration::from_secs(60)));
-    let by = now() + Duration::from_secs(120);
-    loop {
-        let (_, body) = http(&address, "GET", "/api/v1/snapshot", &[]);
-        let snapshot: serde_json::Value = serde_json::from_slice(&body).unwrap();
-        match snapshot["state"].as_str() {
-            Some("finishing") => break,
-            Some("complete") => panic!("the figures were there at once"),
-            _ => {}
-        }
-        assert!(now() < by, "the scan never ends");
-        std::thread::park_timeout(Duration::from_millis(20));
-    }
+    let is_at_end =
+        |now: &serde_json::Value| now["state"] == "finishing" || now["state"] == "complete";
+    let ended =
+        asphera_tests::until(&address, "end of the scan", Duration::from_secs(120), is_at_end);
+    assert_eq!(ended["state"], "finishing", "the figures were there at once");
     let (words, code) = end(daemon, "TERM");
     let folder = recording(out.path());
     assert_eq!(code, Some(1), "{words}");
@@ -147,11 +140,8 @@ fn a_stdout_that_nobody_reads_holds_nothing_up() {
         );
         daemon.line(announced, Duration::from_secs(60));
         let report = out.path().join("report.json");
-        let until = now() + Duration::from_secs(60);
-        while !report.exists() {
-            assert!(now() < until, "no report");
-            std::thread::park_timeout(Duration::from_millis(20));
-        }
+        let there = || report.exists().then_some(()).ok_or("none");
+        wait_for("report", Duration::from_secs(60), there);
         std::thread::park_timeout(Duration::from_millis(300));
         let (words, code) = end(daemon, "TERM");
         assert!(matches!(code, Some(0 | 10 | 11)), "{code:?}: {words}");

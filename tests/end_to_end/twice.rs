@@ -5,7 +5,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use asphera_rig::{Rig, Scene, Speed, StationOptions};
-use asphera_tests::{Running, asphera, http, now, page};
+use asphera_tests::{Running, asphera, page};
 
 struct Bench {
     rig: Rig,
@@ -118,15 +118,8 @@ async fn a_serial_port_has_one_daemon() {
 
 /// Waits until the links of a daemon are as they should be.
 fn until(address: &str, holds: impl Fn(&[serde_json::Value]) -> bool) {
-    let by = now() + Duration::from_secs(30);
-    loop {
-        let (_, body) = http(address, "GET", "/api/v1/snapshot", &[]);
-        let snapshot: serde_json::Value = serde_json::from_slice(&body).unwrap();
+    asphera_tests::until(address, "links as wanted", Duration::from_secs(30), |snapshot| {
         let links = snapshot["links"].as_array().unwrap();
-        if !links.is_empty() && holds(links) {
-            return;
-        }
-        assert!(now() < by, "{links:#?}");
-        std::thread::park_timeout(Duration::from_millis(50));
-    }
+        !links.is_empty() && holds(links)
+    });
 }
