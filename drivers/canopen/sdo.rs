@@ -212,8 +212,6 @@ impl AbortCode {
     pub const NO_SUB_INDEX: AbortCode = AbortCode(0x0609_0011);
     /// The value is out of the object's range.
     pub const OUT_OF_RANGE: AbortCode = AbortCode(0x0609_0030);
-    /// Not possible in the present state of the device.
-    pub const WRONG_STATE: AbortCode = AbortCode(0x0800_0022);
 
     /// Whether the node does not have the object asked for, rather than refusing it.
     pub const fn is_absent(self) -> bool {

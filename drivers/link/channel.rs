@@ -54,11 +54,6 @@ impl Unit {
         }
     }
 
-    /// The unit of a symbol, if there is one.
-    pub fn from_symbol(symbol: &str) -> Option<Unit> {
-        Unit::ALL.into_iter().find(|unit| unit.symbol() == symbol)
-    }
-
     /// Every unit, in the order of the documentation.
     pub const ALL: [Unit; 8] = [
         Unit::Millimetre,

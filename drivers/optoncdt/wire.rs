@@ -36,9 +36,6 @@ pub const MAX_18: u32 = 0x3_FFFF;
 /// A step of the time stamp: ILD1420 manual, page 66.
 pub const TICK_NS: u64 = 10_000;
 
-/// Largest value of a word of two bytes.
-pub const MAX_14: u32 = 0x3FFF;
-
 /// Finds words in bytes that are cut anywhere.
 #[derive(Clone, Debug)]
 pub struct Decoder {

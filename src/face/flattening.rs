@@ -4,6 +4,7 @@
 //! comes from a paraboloid through the points within a few standard deviations of the blur, by least squares. It is a weighted sum
 //! of the deviations, so the noise that it brings along is known.
 
+use asphera_geometry::{BoundsMm, place};
 use nalgebra::{Matrix6, Vector6};
 use rayon::prelude::*;
 
@@ -33,13 +34,10 @@ pub(crate) struct Sheet {
 impl Sheet {
     /// Points whose paraboloids reach `reach_mm` far.
     pub(crate) fn new(points: Vec<Bent>, reach_mm: f64) -> Sheet {
-        let first = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        let (low_mm, high_mm) = points.iter().fold(first, |(low, high), point| {
-            let [x, y, _] = point.place_mm;
-            ([low[0].min(x), low[1].min(y)], [high[0].max(x), high[1].max(y)])
-        });
+        let bounds = BoundsMm::about(points.iter().map(|point| place(point.place_mm)));
+        let low_mm = bounds.low;
         let count = |axis: usize| {
-            let span_mm = (high_mm[axis] - low_mm[axis]).max(0.0);
+            let span_mm = bounds.size_mm()[axis].max(0.0);
             if span_mm.is_finite() { (span_mm / reach_mm) as usize + 1 } else { 1 }
         };
         let (columns, rows) = (count(0), count(1));

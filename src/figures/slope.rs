@@ -1,5 +1,6 @@
 //! Slopes of the deviation over an integration length.
 
+use asphera_geometry::BoundsMm;
 use rayon::prelude::*;
 
 use super::unknown::positive;
@@ -152,10 +153,8 @@ fn bounds(sample: &Sample) -> [[f64; 2]; 2] {
 }
 
 fn box_of(places_mm: &[[f64; 2]]) -> [[f64; 2]; 2] {
-    let end = |start: f64, pick: fn(f64, f64) -> f64| {
-        [0, 1].map(|axis| places_mm.iter().map(|place| place[axis]).fold(start, pick))
-    };
-    [end(f64::INFINITY, f64::min), end(f64::NEG_INFINITY, f64::max)]
+    let BoundsMm { low, high } = BoundsMm::about(places_mm.iter().copied());
+    [low, high]
 }
 
 /// Slopes of some stations.

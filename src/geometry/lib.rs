@@ -30,8 +30,8 @@ mod sum;
 mod triangle;
 pub mod vector;
 
-pub use bounds::BoundsMm;
-pub use nearest::{BoxMm, WeightedTree};
+pub use bounds::{BoundsMm, BoxMm};
+pub use nearest::WeightedTree;
 pub use numbers::Numbers;
 pub use point::{Point, PointMm, RANGE_MM, Rejection, TINY_MM, VertexId, admit, place};
 pub use sampled::{SurfacePlace, sampled_surface};

@@ -10,7 +10,7 @@
 //! whole lines of points share a coordinate: kiddo 5.3.2 fails at the 33rd of them
 //! (<https://github.com/sdd-org/kiddo/issues/475>), and of points in one place still does.
 
-use crate::PointMm;
+use crate::{BoxMm, PointMm};
 
 /// The tree. n·log n time to build, log n on average to ask, 40 bytes a point.
 #[derive(Clone, Debug, Default)]
@@ -19,25 +19,6 @@ pub struct WeightedTree {
     entries: Vec<Entry>,
     /// The box and the least weight of each node with more than [`LEAF`] entries, in heap order.
     nodes: Vec<Node>,
-}
-
-/// A box along the axes, in mm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BoxMm {
-    /// The least coordinates.
-    pub low_mm: PointMm,
-    /// The largest.
-    pub high_mm: PointMm,
-}
-
-impl BoxMm {
-    /// Square of the distance from a place to the nearest place of the box in mm², but for rounding.
-    pub fn squared_distance_mm2(&self, place: PointMm) -> f64 {
-        let [x, y, z] = std::array::from_fn(|axis| {
-            (self.low_mm[axis] - place[axis]).max(place[axis] - self.high_mm[axis]).max(0.0)
-        });
-        x * x + y * y + z * z
-    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -49,8 +30,7 @@ struct Entry {
 
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    low_mm: PointMm,
-    high_mm: PointMm,
+    bounds: BoxMm,
     weight_mm: f64,
 }
 
@@ -144,8 +124,8 @@ impl WeightedTree {
         if entries.len() <= LEAF {
             return entries.iter().any(|entry| take(entry.index));
         }
-        let Node { low_mm, high_mm, weight_mm } = self.nodes[node];
-        if !reaches(&BoxMm { low_mm, high_mm }, weight_mm) {
+        let Node { bounds, weight_mm } = &self.nodes[node];
+        if !reaches(bounds, *weight_mm) {
             return false;
         }
         let (left, right) = entries.split_at(entries.len() / 2);
@@ -217,8 +197,8 @@ impl WeightedTree {
         if entries.len() <= LEAF {
             return f64::NEG_INFINITY;
         }
-        let Node { low_mm, high_mm, weight_mm } = self.nodes[node];
-        weight_mm + BoxMm { low_mm, high_mm }.squared_distance_mm2(place).sqrt()
+        let Node { bounds, weight_mm } = &self.nodes[node];
+        weight_mm + bounds.squared_distance_mm2(place).sqrt()
     }
 }
 
@@ -227,21 +207,14 @@ fn split(entries: &mut [Entry], node: usize, nodes: &mut Vec<Node>) {
     if entries.len() <= LEAF {
         return;
     }
-    let mut own = Node {
-        low_mm: [f64::INFINITY; 3],
-        high_mm: [f64::NEG_INFINITY; 3],
-        weight_mm: f64::INFINITY,
-    };
+    let mut own = Node { bounds: BoxMm::EMPTY, weight_mm: f64::INFINITY };
     for entry in entries.iter() {
-        for axis in 0..3 {
-            own.low_mm[axis] = own.low_mm[axis].min(entry.at_mm[axis]);
-            own.high_mm[axis] = own.high_mm[axis].max(entry.at_mm[axis]);
-        }
+        own.bounds.add(entry.at_mm);
         own.weight_mm = own.weight_mm.min(entry.weight_mm);
     }
-    let extent = |axis: usize| own.high_mm[axis] - own.low_mm[axis];
+    let size_mm = own.bounds.size_mm();
     let axis =
-        (1..3).fold(0, |widest, axis| if extent(axis) > extent(widest) { axis } else { widest });
+        (1..3).fold(0, |widest, axis| if size_mm[axis] > size_mm[widest] { axis } else { widest });
     if nodes.len() <= node {
         nodes.resize(node + 1, own);
     }

@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use self::strips::Strips;
 use crate::predicates::{Place, orientation};
-use crate::{RANGE_MM, Sum, side};
+use crate::{BoundsMm, RANGE_MM, Sum, side};
 
 /// A region of the x-y plane: an outline of straight sides and its holes, in mm. Its border belongs to it.
 ///
@@ -123,13 +123,8 @@ impl Outline {
 
     /// The smallest and the largest x and y in mm.
     pub fn bounds_mm(&self) -> [Place; 2] {
-        let start = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-        self.rings[0].iter().fold(start, |[low, high], place| {
-            [
-                [low[0].min(place[0]), low[1].min(place[1])],
-                [high[0].max(place[0]), high[1].max(place[1])],
-            ]
-        })
+        let BoundsMm { low, high } = BoundsMm::about(self.rings[0].iter().copied());
+        [low, high]
     }
 
     /// Whether a place, in mm, belongs to it, exactly. NaN belongs to none. Takes time in proportion to the sides at

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use asphera_geometry::Sets;
+use asphera_geometry::{BoundsMm, Sets};
 
 use crate::cloud::{Cloud, PlaceId};
 use crate::tree::squared_distance;
@@ -301,15 +301,8 @@ fn least_below<const D: usize>(
 }
 
 fn bounds<const D: usize>(all: &[[f64; D]], places: &[PlaceId]) -> BoxMm<D> {
-    let mut bounds = [[f64::INFINITY; D], [f64::NEG_INFINITY; D]];
-    for &place in places {
-        let place = &all[place as usize];
-        for axis in 0..D {
-            bounds[0][axis] = bounds[0][axis].min(place[axis]);
-            bounds[1][axis] = bounds[1][axis].max(place[axis]);
-        }
-    }
-    bounds
+    let BoundsMm { low, high } = BoundsMm::about(places.iter().map(|&place| all[place as usize]));
+    [low, high]
 }
 
 /// Square of what two boxes are apart, mm². Rounded as distances of places are, so it is never above one of theirs.

@@ -8,6 +8,7 @@
 //! The surface crate's `WeightedTree` answers other questions: it holds weights, knows three dimensions only, keeps
 //! copies apart and answers one place at a time.
 
+use asphera_geometry::BoundsMm;
 use std::cmp::Ordering;
 
 /// A point on its way into the tree: coordinates in mm, and its row in the input.
@@ -121,13 +122,7 @@ fn descend<const D: usize>(entries: &mut [Entry<D>], first: u32, nodes: &mut Vec
 }
 
 fn bounded<const D: usize>(entries: &[Entry<D>], first: u32) -> Node<D> {
-    let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
-    for (place, _) in entries {
-        for axis in 0..D {
-            low[axis] = low[axis].min(place[axis]);
-            high[axis] = high[axis].max(place[axis]);
-        }
-    }
+    let BoundsMm { low, high } = BoundsMm::about(entries.iter().map(|&(place, _)| place));
     Node { low, high, first, end: first + entries.len() as u32, right: 0 }
 }
 

@@ -1,7 +1,7 @@
 //! The mesh looked at as a whole: folds, sampling, area. What takes time in proportion to the triangles.
 
 use asphera_form::Pose;
-use asphera_geometry::{PointMm, VertexId};
+use asphera_geometry::{BoxMm, PointMm, VertexId};
 use asphera_mesh::Mesh;
 use asphera_report::{MeshFigures, RegionFigures, ReliefFigures, RepeatFigures, SamplingFigures};
 use asphera_surface::{Kind, Plane, Region, Relief, Topography, topography};
@@ -149,12 +149,8 @@ fn measured_box(plane: &Plane, min_mm: PointMm, max_mm: PointMm) -> [PointMm; 2]
             if corner >> axis & 1 == 0 { min_mm[axis] } else { max_mm[axis] }
         }))
     });
-    corners.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], corner| {
-        [
-            std::array::from_fn(|axis| low[axis].min(corner[axis])),
-            std::array::from_fn(|axis| high[axis].max(corner[axis])),
-        ]
-    })
+    let BoxMm { low, high } = BoxMm::about(corners);
+    [low, high]
 }
 
 fn repeats(mesh: &Mesh) -> RepeatFigures {

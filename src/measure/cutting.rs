@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::{Arc, OnceLock};
 
 use asphera_form::{Aperture, Grid as MapGrid, Nominal, Pose, deviations};
-use asphera_geometry::{PointMm, VertexId};
+use asphera_geometry::{BoundsMm, PointMm, VertexId, place};
 use asphera_mesh::Mesh;
 use asphera_report::{
     Cut, FormViewAnswer, Refusal, SamplingMaps, SectionReport, SectionRequest, Term,
@@ -121,11 +121,7 @@ impl FinishedMesh {
 
     /// Smallest and largest u and v of the vertices, mm; `None` without a vertex.
     pub(crate) fn extent_mm(&self) -> Option<[[f64; 2]; 2]> {
-        let first = self.mesh.points().first()?;
-        let start = [[first[0], first[1]]; 2];
-        Some(self.mesh.points().iter().fold(start, |[low, high], at| {
-            [[low[0].min(at[0]), low[1].min(at[1])], [high[0].max(at[0]), high[1].max(at[1])]]
-        }))
+        BoundsMm::about(self.mesh.points().iter().map(|&point| place(point))).corners()
     }
 
     /// Smallest and largest u and v of the aperture of the part as fitted, mm: as [`FinishedMesh::counts_at`],

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use asphera_figures::{Interpolation, Lattice};
-use asphera_geometry::{PointMm, VertexId};
+use asphera_geometry::{BoundsMm, PointMm, VertexId};
 use asphera_mesh::Mesh;
 use asphera_report::Picture;
 use asphera_surface::{Grid, rasterize};
@@ -169,14 +169,8 @@ fn interpolated(
     good: Vec<[VertexId; 3]>,
     deviations_nm: &[f64],
 ) -> Option<DeviationMap> {
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for place in places_mm {
-        for axis in 0..2 {
-            low[axis] = low[axis].min(place[axis]);
-            high[axis] = high[axis].max(place[axis]);
-        }
-    }
-    let size = [high[0] - low[0], high[1] - low[1]];
+    let bounds = BoundsMm::about(places_mm.iter().copied());
+    let (low, size) = (bounds.low, bounds.size_mm());
     let pitch = (size[0] * size[1] / points.len() as f64).sqrt();
     let pitch = pitch.max(size[0] / MOST_STEPS).max(size[1] / MOST_STEPS);
     if !(pitch.is_finite() && pitch > 0.0) {

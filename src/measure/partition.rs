@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use asphera_geometry::PointMm;
+use asphera_geometry::{BoundsMm, PointMm, place};
 use asphera_mesh::Mesh;
 use asphera_report::{FeatureFigures, PartitionFigures};
 use asphera_surface::curvature::{Adjacency, ShapeSettings, local_shapes};
@@ -35,23 +35,17 @@ impl Patches {
         // A few dozen points a square are as good as all.
         let step = (points.len() / (MOST * POINTS)).max(1);
         let chosen = || (0..points.len()).step_by(step).filter(|&vertex| counts(vertex));
-        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for vertex in chosen() {
-            for axis in [0, 1] {
-                low[axis] = low[axis].min(points[vertex][axis]);
-                high[axis] = high[axis].max(points[vertex][axis]);
-            }
-        }
+        let bounds = BoundsMm::about(chosen().map(|vertex| place(points[vertex])));
         let squares = (chosen().count() / FEWEST_POINTS).clamp(1, MOST) as f64;
-        let extent = [high[0] - low[0], high[1] - low[1]];
+        let extent = bounds.size_mm();
         let side_mm = (extent[0] * extent[1] / squares).sqrt();
         if !(side_mm > 0.0 && side_mm.is_finite()) {
             return None;
         }
         let size = extent.map(|extent| (extent / side_mm) as usize + 1);
         // Squares lie about the middle of the points: a part that is turned or mirrored has the same ones.
-        let corner =
-            [0, 1].map(|axis| low[axis] + 0.5 * (extent[axis] - size[axis] as f64 * side_mm));
+        let corner = [0, 1]
+            .map(|axis| bounds.low[axis] + 0.5 * (extent[axis] - size[axis] as f64 * side_mm));
         let mut sums = vec![Sum::default(); size[0] * size[1]];
         // Heights over the first one, so that a far origin costs no digits.
         let datum_mm = points[chosen().next()?][2];

@@ -217,16 +217,9 @@ impl Pipeline {
                 *self.flagged.entry("not_finite").or_default() += 1;
                 continue;
             }
-            let point = match &mut self.centres {
-                Some(centres) => centres.take(point),
-                None => point,
+            let Some(point) = over_plane(&mut self.centres, &mut self.space, point) else {
+                continue;
             };
-            if let Some(space) = &mut self.space {
-                space.push(point.at_mm);
-                if !space.is_beside_plane() {
-                    continue;
-                }
-            }
             self.projector.take(point, |point, plane| {
                 accepted.push(point.at_mm);
                 know(running, heights.as_mut(), point, plane);
@@ -571,16 +564,7 @@ impl Pipeline {
     }
 
     fn accept(&mut self, point: Point) {
-        let point = match &mut self.centres {
-            Some(centres) => centres.take(point),
-            None => point,
-        };
-        if let Some(space) = &mut self.space {
-            space.push(point.at_mm);
-            if !space.is_beside_plane() {
-                return;
-            }
-        }
+        let Some(point) = over_plane(&mut self.centres, &mut self.space, point) else { return };
         let (mesh, running, heights) = (&mut self.mesh, &mut self.running, &mut self.heights);
         self.projector.take(point, |point, plane| {
             mesh.push(point.at_mm);
@@ -607,6 +591,23 @@ impl Pipeline {
             tip: None,
         }
     }
+}
+
+/// The point as its surface has it, for the mesh over the plane; `None` where it is meshed in space alone.
+fn over_plane(
+    centres: &mut Option<Centres>,
+    space: &mut Option<InSpace>,
+    point: Point,
+) -> Option<Point> {
+    let point = match centres {
+        Some(centres) => centres.take(point),
+        None => point,
+    };
+    if let Some(space) = space {
+        space.push(point.at_mm);
+        return space.is_beside_plane().then_some(point);
+    }
+    Some(point)
 }
 
 /// Takes a point in the frame of the plane of projection into the running figures, with its uncertainty where that counts.

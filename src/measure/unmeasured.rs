@@ -5,6 +5,7 @@ use asphera_figures::{
     Definition, Reference, Sample, Statistic, Subject, Terms, Unit, peak_to_valley, remove, rms,
 };
 use asphera_form::Aperture;
+use asphera_geometry::BoundsMm;
 use asphera_report::{SamplingFigures, UnmeasuredFigures};
 use asphera_uncertainty::verdict::{Forecast, Guard, Limit, Over, rms_of_whole_nm};
 use asphera_uncertainty::{Hidden, largest_bend_of_windows, unmeasured};
@@ -378,13 +379,7 @@ fn is_rms(definition: Definition) -> bool {
 /// Points and sums of squares in nm² of blocks over the extent of the places.
 fn blocks(places_mm: &[[f64; 2]], deviations_mm: &[f64]) -> Vec<(f64, f64)> {
     let counts = || places_mm.iter().zip(deviations_mm).filter(|(_, mm)| mm.is_finite());
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for (place, _) in counts() {
-        for axis in 0..2 {
-            low[axis] = low[axis].min(place[axis]);
-            high[axis] = high[axis].max(place[axis]);
-        }
-    }
+    let BoundsMm { low, high } = BoundsMm::about(counts().map(|(&place, _)| place));
     let mut blocks = vec![(0.0, 0.0); SIDE * SIDE];
     for (place, deviation_mm) in counts() {
         let [column, row] = [0, 1].map(|axis| {

@@ -9,6 +9,7 @@
 //! Along a curve about an empty region the last point is a corner of most triangles across the region. What is
 //! inserted before it would build them, and it would tear them down.
 
+use asphera_geometry::BoundsMm;
 use std::ops::Range;
 
 use asphera_geometry::predicates::Place;
@@ -81,11 +82,7 @@ fn refine(places: &[Place], indices: &mut [usize]) {
 
 /// The indices of places by the squares of one grid, and where in that order each square begins, and the last ends.
 fn by_squares(places: impl ExactSizeIterator<Item = Place> + Clone) -> (Vec<usize>, Vec<u32>) {
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for [x, y] in places.clone() {
-        low = [low[0].min(x), low[1].min(y)];
-        high = [high[0].max(x), high[1].max(y)];
-    }
+    let BoundsMm { low, high } = BoundsMm::about(places.clone());
     let side = places.len().isqrt();
     let scale = [0, 1].map(|axis| side as f64 / (high[axis] - low[axis]).max(f64::MIN_POSITIVE));
     let square = |place: Place| {
@@ -128,11 +125,7 @@ pub(crate) fn ends_and_others(
     if count == 0 {
         return (Vec::new(), indices.to_vec());
     }
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for [x, y] in indices.iter().map(|&index| place(index)) {
-        low = [low[0].min(x), low[1].min(y)];
-        high = [high[0].max(x), high[1].max(y)];
-    }
+    let BoundsMm { low, high } = BoundsMm::about(indices.iter().map(|&index| place(index)));
     let distance = |p: Place, q: Place| (p[0] - q[0]).abs().max((p[1] - q[1]).abs());
     let far = distance(low, high) * FAR_ENDS;
     let (before, tail) = indices.split_at(indices.len() - count);

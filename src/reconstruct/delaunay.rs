@@ -131,11 +131,6 @@ impl Delaunay {
         all
     }
 
-    /// Facets of the convex hull.
-    pub fn hull_facets(&self) -> usize {
-        self.corners.len() - self.tetrahedra
-    }
-
     /// Points that are vertices.
     pub fn vertices(&self) -> usize {
         self.points_mm.len()

@@ -1,10 +1,10 @@
 //! Distances of places from a triangle mesh.
 
-use asphera_geometry::PointMm;
+use asphera_geometry::{BoxMm, PointMm};
 use rayon::prelude::*;
 
 use crate::geometry::{dot, minus, scaled};
-use crate::prove::boxes::{Tree, about};
+use crate::prove::boxes::Tree;
 use crate::prove::corners;
 
 /// The distance of each place from the nearest place of a triangle mesh, mm; infinite where there is no triangle.
@@ -13,7 +13,8 @@ use crate::prove::corners;
 ///
 /// If a triangle names a point that there is not.
 pub fn distances_mm(points_mm: &[PointMm], facets: &[[u32; 3]], places_mm: &[PointMm]) -> Vec<f64> {
-    let boxes: Vec<_> = facets.iter().map(|&facet| about(&corners(points_mm, facet))).collect();
+    let boxes: Vec<_> =
+        facets.iter().map(|&facet| BoxMm::about(corners(points_mm, facet))).collect();
     let tree = Tree::of(&boxes);
     let distance = |&place: &PointMm| {
         let square = |at: u32| {

@@ -33,7 +33,7 @@ pub(crate) fn squared(p: PointMm, q: PointMm) -> f64 {
 pub(crate) fn gap(a: &BoxMm, b: &BoxMm) -> f64 {
     let mut sum = 0.0;
     for axis in 0..3 {
-        let way = (a.low_mm[axis] - b.high_mm[axis]).max(b.low_mm[axis] - a.high_mm[axis]).max(0.0);
+        let way = (a.low[axis] - b.high[axis]).max(b.low[axis] - a.high[axis]).max(0.0);
         sum += way * way;
     }
     sum
@@ -42,19 +42,7 @@ pub(crate) fn gap(a: &BoxMm, b: &BoxMm) -> f64 {
 /// The box of two boxes.
 #[inline(always)]
 pub(crate) fn joined(a: &BoxMm, b: &BoxMm) -> BoxMm {
-    BoxMm {
-        low_mm: [0, 1, 2].map(|axis| a.low_mm[axis].min(b.low_mm[axis])),
-        high_mm: [0, 1, 2].map(|axis| a.high_mm[axis].max(b.high_mm[axis])),
-    }
+    let mut both = *a;
+    both.join(b);
+    both
 }
-
-/// The box of places.
-#[inline(always)]
-pub(crate) fn about<'a>(points: impl IntoIterator<Item = &'a PointMm>) -> BoxMm {
-    let place = |&place: &PointMm| BoxMm { low_mm: place, high_mm: place };
-    points.into_iter().fold(EMPTY, |whole, point| joined(&whole, &place(point)))
-}
-
-/// The box of nothing.
-pub(crate) const EMPTY: BoxMm =
-    BoxMm { low_mm: [f64::INFINITY; 3], high_mm: [f64::NEG_INFINITY; 3] };

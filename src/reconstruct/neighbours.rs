@@ -9,7 +9,7 @@ use std::cmp::Ordering;
 use asphera_geometry::{BoxMm, PointMm};
 use rayon::prelude::*;
 
-use crate::geometry::{EMPTY, about, gap, squared};
+use crate::geometry::{gap, squared};
 use crate::local::Places;
 
 /// The tree. Points are numbered by their place in it.
@@ -56,7 +56,7 @@ impl Neighbours {
     /// The tree of points that differ in place, with their numbers. n·log n time.
     pub(crate) fn of(points: Vec<(PointMm, u32)>) -> Neighbours {
         let mut points = points;
-        let mut nodes = vec![EMPTY; node_count(points.len())];
+        let mut nodes = vec![BoxMm::EMPTY; node_count(points.len())];
         build(&mut points, 0, &mut nodes);
         let ids = points.iter().map(|&(_, id)| id).collect();
         let points_mm = points.into_iter().map(|(point, _)| point).collect();
@@ -126,9 +126,9 @@ impl Neighbours {
 
     /// Gathers what may be among the nearest of the points of a leaf.
     fn ask_leaf(&self, from: usize, to: usize, count: usize, room: &mut Room) {
-        let own = about(&self.points_mm[from..to]);
+        let own = BoxMm::about(self.points_mm[from..to].iter().copied());
         // A box that holds nothing wide, as of few points in a line, asks for a start.
-        let wide = (0..3).map(|axis| own.high_mm[axis] - own.low_mm[axis]).fold(0.0, f64::max);
+        let wide = (0..3).map(|axis| own.high[axis] - own.low[axis]).fold(0.0, f64::max);
         let mut radius = if room.radius > 0.0 { room.radius.min(4.0 * wide) } else { wide };
         loop {
             room.gathered.clear();
@@ -252,12 +252,12 @@ pub(crate) fn by_coordinates(p: PointMm, q: PointMm) -> Ordering {
 }
 
 fn build(points: &mut [(PointMm, u32)], node: usize, nodes: &mut [BoxMm]) {
-    let whole = about(points.iter().map(|(point, _)| point));
+    let whole = BoxMm::about(points.iter().map(|&(point, _)| point));
     nodes[node] = whole;
     if points.len() <= LEAF {
         return;
     }
-    let extent = |axis: usize| whole.high_mm[axis] - whole.low_mm[axis];
+    let extent = |axis: usize| whole.high[axis] - whole.low[axis];
     let axis =
         (1..3).fold(0, |widest, axis| if extent(axis) > extent(widest) { axis } else { widest });
     let half = points.len() / 2;

@@ -4,6 +4,7 @@
 //! bounding box, each with its mean place, derivatives and residual: sums of smooth functions over the points
 //! then differ by about (cell/D)²·(D/ℓ)²/12 for a part of size D, a thousandth for ℓ = D/5.
 
+use asphera_geometry::BoundsMm;
 use std::ops::Range;
 
 use super::budget::{Budget, Effect};
@@ -210,13 +211,7 @@ fn cells(places_mm: &[[f64; 2]]) -> Vec<usize> {
     if places_mm.len() <= OWN_NODES {
         return (0..places_mm.len()).collect();
     }
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for place in places_mm {
-        for axis in 0..2 {
-            low[axis] = low[axis].min(place[axis]);
-            high[axis] = high[axis].max(place[axis]);
-        }
-    }
+    let BoundsMm { low, high } = BoundsMm::about(places_mm.iter().copied());
     let side = |axis: usize, value: f64| {
         let share = (value - low[axis]) / (high[axis] - low[axis]).max(f64::MIN_POSITIVE);
         ((share * CELLS as f64) as usize).min(CELLS - 1)

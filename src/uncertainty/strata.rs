@@ -7,6 +7,7 @@
 //! weigh so that their middle is that of the area: what rises evenly over it has the mean it has over the area (the
 //! regression estimator: Cochran, Sampling Techniques, 3rd ed., 7.2).
 
+use asphera_geometry::BoundsMm;
 use nalgebra::{Matrix2, Vector2};
 
 use super::halve::{halve, longer_side};
@@ -223,10 +224,8 @@ fn weights(members: &[usize], places_mm: &[[f64; 2]], middle: Option<[f64; 2]>) 
 
 /// Smallest and largest coordinates.
 fn extent(indices: &[usize], places_mm: &[[f64; 2]]) -> [[f64; 2]; 2] {
-    indices.iter().fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], &index| {
-        let place = places_mm[index];
-        [[0, 1].map(|i| low[i].min(place[i])), [0, 1].map(|i| high[i].max(place[i]))]
-    })
+    let BoundsMm { low, high } = BoundsMm::about(indices.iter().map(|&index| places_mm[index]));
+    [low, high]
 }
 
 /// Fewest points of a stratum, where there are so many.

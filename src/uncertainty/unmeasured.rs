@@ -1,5 +1,6 @@
 //! What may hide where nothing was measured.
 
+use asphera_geometry::BoundsMm;
 use rayon::prelude::*;
 
 use super::budget::{UncertaintyError, check};
@@ -74,23 +75,17 @@ pub fn largest_bend_of_windows(
         let [x, y] = places_mm[index];
         x.is_finite() && y.is_finite() && deviations_mm[index].is_finite()
     };
-    let (mut low, mut high, mut all) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2], 0_usize);
-    for index in (0..count).filter(finite) {
-        all += 1;
-        for axis in 0..2 {
-            low[axis] = low[axis].min(places_mm[index][axis]);
-            high[axis] = high[axis].max(places_mm[index][axis]);
-        }
-    }
+    let all = (0..count).filter(finite).count();
     if all <= most {
         return largest_bend(places_mm, deviations_mm);
     }
+    let bounds = BoundsMm::about((0..count).filter(finite).map(|index| places_mm[index]));
+    let widths = bounds.size_mm().map(|width| width.max(f64::MIN_POSITIVE));
     let half = 0.5 * (most as f64 / all as f64).sqrt();
     let mut windows: Vec<Vec<usize>> = vec![Vec::new(); WINDOWS * WINDOWS];
     for index in (0..count).filter(finite) {
         let at: [f64; 2] = std::array::from_fn(|axis| {
-            let width = (high[axis] - low[axis]).max(f64::MIN_POSITIVE);
-            WINDOWS as f64 * (places_mm[index][axis] - low[axis]) / width
+            WINDOWS as f64 * (places_mm[index][axis] - bounds.low[axis]) / widths[axis]
         });
         if at.iter().all(|at| (at.fract() - 0.5).abs() <= half) {
             let [column, row] = at.map(|at| (at as usize).min(WINDOWS - 1));

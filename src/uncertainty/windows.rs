@@ -4,6 +4,7 @@
 //! Foundations of Multidimensional and Metric Data Structures, 1.4). A mean over a window is nowhere above the highest of
 //! its places, and knows their noise averaged.
 
+use asphera_geometry::BoundsMm;
 use rayon::prelude::*;
 
 /// Places in the order of the curve, and the squares over them.
@@ -90,13 +91,7 @@ fn depth(places: usize) -> u32 {
 
 /// Places on Morton's curve: bits of x and y in turn, over the square that holds all.
 fn keys(places_mm: &[[f64; 2]], depth: u32) -> Vec<u32> {
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for place in places_mm {
-        for axis in 0..2 {
-            low[axis] = low[axis].min(place[axis]);
-            high[axis] = high[axis].max(place[axis]);
-        }
-    }
+    let BoundsMm { low, high } = BoundsMm::about(places_mm.iter().copied());
     let side_mm = (high[0] - low[0]).max(high[1] - low[1]).max(f64::MIN_POSITIVE);
     let squares = 1_u32 << depth;
     let key = |place: &[f64; 2]| {

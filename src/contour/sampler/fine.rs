@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use asphera_geometry::WeightedTree;
+use asphera_geometry::{BoundsMm, WeightedTree};
 use rayon::prelude::*;
 
 use super::step::{Spacing, samples_of};
@@ -390,10 +390,7 @@ impl Disc {
 }
 
 fn bounds(places: &[PlaceMm]) -> [PlaceMm; 2] {
-    let Some(&first) = places.first() else { return [[0.0; 2]; 2] };
-    places.iter().fold([first, first], |[low, high], &[x, y]| {
-        [[low[0].min(x), low[1].min(y)], [high[0].max(x), high[1].max(y)]]
-    })
+    BoundsMm::about(places.iter().copied()).corners().unwrap_or([[0.0; 2]; 2])
 }
 
 /// Places of the first look at a curve.

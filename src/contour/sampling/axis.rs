@@ -3,6 +3,7 @@
 use crate::polylines::middle;
 use crate::triangulation::{EdgeId, distance_mm};
 use crate::{Graph, PlaceMm, Triangulation};
+use asphera_geometry::BoundsMm;
 
 /// The medial axis of a curve through samples in mm: the Voronoi edges of all Delaunay edges that are none of the curve.
 ///
@@ -56,11 +57,8 @@ fn dual_mm(triangulation: &Triangulation, edge: EdgeId, far_mm: f64) -> Option<[
 /// The diagonal of the box round the samples in mm.
 fn extent_mm(triangulation: &Triangulation) -> f64 {
     let places = triangulation.samples().places();
-    let Some(&first) = places.first() else { return 0.0 };
-    let (low, high) = places.iter().fold((first, first), |(low, high), &[x, y]| {
-        ([low[0].min(x), low[1].min(y)], [high[0].max(x), high[1].max(y)])
-    });
-    distance_mm(low, high)
+    let corners = BoundsMm::about(places.iter().copied()).corners();
+    corners.map_or(0.0, |[low, high]| distance_mm(low, high))
 }
 
 /// Extents of the samples beyond which the axis is cut: a curve never comes nearer to what lies there than to its own far side.

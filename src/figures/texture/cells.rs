@@ -1,5 +1,7 @@
 //! Places sorted into square cells, to find those near a place.
 
+use asphera_geometry::BoundsMm;
+
 /// Indices of places by cell. Cells without a place cost nothing, so that a place far from all others does no
 /// harm. Invariant: `order` holds each index once, by cell, ascending in each.
 pub(super) struct Cells<'a> {
@@ -49,12 +51,7 @@ impl Cells<'_> {
 
 /// Lowest and highest x and y of places; `None` without any.
 pub(super) fn box_of(places_mm: impl Iterator<Item = [f64; 2]>) -> Option<[[f64; 2]; 2]> {
-    places_mm.map(|place| [place; 2]).reduce(|[low, high], [place, _]| {
-        [
-            [0, 1].map(|axis| low[axis].min(place[axis])),
-            [0, 1].map(|axis| high[axis].max(place[axis])),
-        ]
-    })
+    BoundsMm::about(places_mm).corners()
 }
 
 /// Side of a cell in radii: so much more that rounding does not move what is within the radius beyond the

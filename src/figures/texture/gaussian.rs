@@ -71,11 +71,6 @@ impl Gaussian {
         WINDOW * self.unit_mm()
     }
 
-    /// Settings of the robust iteration; `None` for the linear filter.
-    pub fn robust_settings(&self) -> Option<Robust> {
-        self.robust
-    }
-
     /// The long waves of a grid; of one row those along it.
     ///
     /// The moments of the weights factor along x and y with and without gaps. For w taps along both

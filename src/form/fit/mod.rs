@@ -40,6 +40,7 @@ use crate::fit::symmetry::determined_by_shape;
 use crate::fit::triangle::Spread;
 use crate::fit::weight::Weights;
 use crate::{Aperture, Nominal, Parameter, PointMm, Pose};
+use asphera_geometry::BoxMm;
 
 /// Name of the criterion of least squares without weights, as reports give it.
 pub const METHOD: &str = "orthogonal least squares";
@@ -417,12 +418,8 @@ fn require(
 pub(crate) fn extremes(points: &[PointMm]) -> (PointMm, PointMm) {
     let finite =
         points.iter().filter(|point| point.iter().all(|coordinate| coordinate.is_finite()));
-    finite.fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(low, high), point| {
-        (
-            std::array::from_fn(|axis| low[axis].min(point[axis])),
-            std::array::from_fn(|axis| high[axis].max(point[axis])),
-        )
-    })
+    let BoxMm { low, high } = BoxMm::about(finite.copied());
+    (low, high)
 }
 
 /// How many of the free parameters points on this kind of surface can determine, at least 1.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use asphera_geometry::BoundsMm;
 use rayon::prelude::*;
 
 use super::map_cells::{Change, Extreme, MapCell};
@@ -33,7 +34,7 @@ pub(super) struct Accumulated {
     cells: Vec<Option<MapCell>>,
     excluded: Excluded,
     /// Smallest and largest x and y of the points used, part frame.
-    extent_mm: [[f64; 2]; 2],
+    extent_mm: BoundsMm,
     settings: ReferenceSettings,
     /// Distance of the knots that was asked for when the net was made, and the longer side it was made for.
     pub(super) step_mm: f64,
@@ -113,7 +114,7 @@ impl Accumulated {
             moments: Moments::new(net),
             cells: vec![None; grid.cells() + 1],
             excluded: Excluded::default(),
-            extent_mm: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
+            extent_mm: BoundsMm::EMPTY,
             settings: settings.clone(),
             step_mm: f64::NAN,
             made_over_mm: f64::INFINITY,
@@ -144,9 +145,7 @@ impl Accumulated {
         let (height_mm, cosine) = self.surface_at(&base, &place);
         let residual_mm = z - height_mm;
         self.moments.add(&place, residual_mm, cosine);
-        let [low, high] = &mut self.extent_mm;
-        *low = [low[0].min(x), low[1].min(y)];
-        *high = [high[0].max(x), high[1].max(y)];
+        self.extent_mm.add([x, y]);
         let distance_mm = residual_mm * cosine;
         let one = MapCell::new(Extreme { distance_mm, place_mm: [x, y], point });
         match &mut self.cells[grid.cell(x, y)] {
@@ -160,10 +159,7 @@ impl Accumulated {
     fn merge(&mut self, other: &Accumulated) {
         self.excluded = self.excluded.with(other.excluded);
         self.moments.merge(&other.moments);
-        for axis in [0, 1] {
-            self.extent_mm[0][axis] = self.extent_mm[0][axis].min(other.extent_mm[0][axis]);
-            self.extent_mm[1][axis] = self.extent_mm[1][axis].max(other.extent_mm[1][axis]);
-        }
+        self.extent_mm.join(&other.extent_mm);
         for (cell, other) in self.cells.iter_mut().zip(&other.cells) {
             match (cell.as_mut(), other) {
                 (Some(cell), Some(other)) => cell.merge(other),
@@ -180,7 +176,7 @@ impl Accumulated {
             return Some(occupied);
         }
         let net = self.moments.net();
-        let [low, high] = self.extent_mm;
+        let BoundsMm { low, high } = self.extent_mm;
         Some(Part::common(net, &covering(low, high, net.step_x_mm, self.settings.knots)))
     }
 
@@ -204,15 +200,13 @@ impl Accumulated {
     }
 
     fn longer_mm(&self) -> f64 {
-        let [low, high] = self.extent_mm;
-        (high[0] - low[0]).max(high[1] - low[1])
+        let [width_mm, height_mm] = self.extent_mm.size_mm();
+        width_mm.max(height_mm)
     }
 
     /// The distance of the knots of a reference made anew; `None` where it would not be made.
     fn wanted_step_mm(&self) -> Option<f64> {
-        let [low, high] = self.extent_mm;
-        let sides_mm = [0, 1].map(|axis| high[axis] - low[axis]);
-        spacing_mm(sides_mm, self.moments.used(), self.settings.knots, FINEST).ok()
+        spacing_mm(self.extent_mm.size_mm(), self.moments.used(), self.settings.knots, FINEST).ok()
     }
 
     /// Chooses the smoothness anew if it is time, and moves everything to the surface that gives. `O(splines·nx²)`.

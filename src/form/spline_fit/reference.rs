@@ -5,6 +5,7 @@
 //! splines do not follow: noise, and form whose waves are shorter than [`SplineFit::cutoff_mm`]. Longer waves are
 //! in the reference, and no deviation from it shows them.
 
+use asphera_geometry::{BoundsMm, place};
 use std::sync::Arc;
 
 use thiserror::Error;
@@ -287,14 +288,9 @@ pub(super) fn dilated(surface: &SplineSurface) -> SplineSurface {
 
 /// Smallest and largest x and y of the finite points.
 fn extent_mm(points: &[PointMm]) -> ([f64; 2], [f64; 2]) {
-    let start = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     let finite = points.iter().filter(|point| point.iter().all(|place| place.is_finite()));
-    finite.fold(start, |(low, high), point| {
-        (
-            [low[0].min(point[0]), low[1].min(point[1])],
-            [high[0].max(point[0]), high[1].max(point[1])],
-        )
-    })
+    let BoundsMm { low, high } = BoundsMm::about(finite.map(|&point| place(point)));
+    (low, high)
 }
 
 /// The finite points in the aperture, as places about the centre, and how many more are finite.

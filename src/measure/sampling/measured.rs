@@ -6,7 +6,7 @@
 //! too noisy for that, or too many of them wrong, the smallest radius of curvature over windows of an eighth of the extent stands for all
 //! of the surface: an upper bound, so that ε is a lower one.
 
-use asphera_geometry::{PointMm, VertexId};
+use asphera_geometry::{BoundsMm, PointMm, VertexId, place};
 use asphera_surface::curvature::{Adjacency, LocalShape, ShapeSettings, local_shape};
 use asphera_surface::lfs::{Accuracy, LfsError, MeasuredLfs};
 use asphera_surface::noise::{Noise, NoiseEstimate};
@@ -140,14 +140,8 @@ fn balls(
 impl Grid {
     /// None if the points have no extent.
     fn over(points: &[PointMm]) -> Option<Grid> {
-        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for point in points {
-            for axis in [0, 1] {
-                low[axis] = low[axis].min(point[axis]);
-                high[axis] = high[axis].max(point[axis]);
-            }
-        }
-        let extent = [high[0] - low[0], high[1] - low[1]];
+        let bounds = BoundsMm::about(points.iter().map(|&point| place(point)));
+        let (low, extent) = (bounds.low, bounds.size_mm());
         let cells = (points.len() / 4).clamp(1, CELLS) as f64;
         let cell_mm = (extent[0] * extent[1] / cells).sqrt();
         if !(cell_mm > 0.0 && cell_mm.is_finite()) {

@@ -8,7 +8,7 @@
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
-use asphera_geometry::{PointMm, VertexId, from_smallest};
+use asphera_geometry::{BoundsMm, PointMm, VertexId, from_smallest, place};
 use asphera_mesh::Mesh;
 use asphera_surface::curvature::Adjacency;
 use asphera_surface::noise::{Along, NoiseEstimate, NoiseSettings, estimate_noise, height_step_mm};
@@ -67,14 +67,8 @@ pub(super) fn noise(
 
 /// The vertices nearest to the middles of the squares of a lattice over the points, one a square that has any.
 fn seeds(points: &[PointMm]) -> Vec<VertexId> {
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for point in points {
-        for axis in [0, 1] {
-            low[axis] = low[axis].min(point[axis]);
-            high[axis] = high[axis].max(point[axis]);
-        }
-    }
-    let extent = [high[0] - low[0], high[1] - low[1]];
+    let bounds = BoundsMm::about(points.iter().map(|&point| place(point)));
+    let (low, extent) = (bounds.low, bounds.size_mm());
     let longer = extent[0].max(extent[1]);
     // Points on a line have one row of squares.
     let side = (extent[0] * extent[1] / SEEDS as f64).sqrt().max(longer / SEEDS as f64);

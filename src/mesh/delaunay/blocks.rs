@@ -216,7 +216,7 @@ impl Sheet {
                 }
             }
         }
-        self.extent.join(other.extent);
+        self.extent.join(&other.extent);
         self.slots = other.slots;
         self.work.ghosts += other.work.ghosts;
         self.work.spare.extend(other.work.spare);

@@ -7,6 +7,7 @@
 //! Lines of a scan start where others did: they need no table, and none is made before something asks
 //! for one.
 
+use asphera_geometry::BoundsMm;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use asphera_geometry::predicates::Place;
@@ -28,44 +29,6 @@ pub(crate) struct Layout {
     pub(crate) slack: Option<f64>,
 }
 
-/// The box around some places.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Extent {
-    low: Place,
-    high: Place,
-}
-
-impl Extent {
-    #[inline]
-    pub(super) fn add(&mut self, place: Place) {
-        self.join(Extent { low: place, high: place });
-    }
-
-    /// Takes in all of another, which may be that of no places.
-    #[inline]
-    pub(super) fn join(&mut self, other: Extent) {
-        self.low = [0, 1].map(|axis| self.low[axis].min(other.low[axis]));
-        self.high = [0, 1].map(|axis| self.high[axis].max(other.high[axis]));
-    }
-
-    /// The place in the box that is nearest to `place`.
-    #[inline]
-    fn nearest(&self, place: Place) -> Place {
-        [0, 1].map(|axis| place[axis].max(self.low[axis]).min(self.high[axis]))
-    }
-
-    fn size_mm(&self) -> [f64; 2] {
-        [0, 1].map(|axis| self.high[axis] - self.low[axis])
-    }
-}
-
-impl Default for Extent {
-    /// That of no places.
-    fn default() -> Extent {
-        Extent { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] }
-    }
-}
-
 /// The table. Triangles are noted through a shared reference, so that two threads may.
 pub(super) struct Hints {
     /// Cells per mm.
@@ -74,7 +37,7 @@ pub(super) struct Hints {
     masks: [i64; 2],
     cells: Vec<AtomicU32>,
     /// The box around all points noted.
-    extent: Extent,
+    extent: BoundsMm,
     noted: usize,
     layout: Layout,
     /// How many points may be noted before the table is too coarse.
@@ -87,7 +50,7 @@ impl Hints {
     pub(super) fn of<C: Cells>(
         points: &(impl Places + ?Sized),
         cells: &C,
-        (extent, room): (Extent, f64),
+        (extent, room): (BoundsMm, f64),
         count: usize,
     ) -> Hints {
         let hints = Hints::none(count, (extent, room), C::HINTS);
@@ -96,7 +59,7 @@ impl Hints {
     }
 
     /// No hints yet. Where the layout has no slack of its own the table is `room` times as wide as the box.
-    pub(super) fn none(points: usize, (extent, room): (Extent, f64), layout: Layout) -> Hints {
+    pub(super) fn none(points: usize, (extent, room): (BoundsMm, f64), layout: Layout) -> Hints {
         let slack = layout.slack.unwrap_or(room);
         let size = extent.size_mm().map(|size| size * slack);
         let longest = size[0].max(size[1]);
@@ -156,8 +119,8 @@ impl Hints {
     }
 
     /// Says that so many more points, within the box, have been noted or are about to be.
-    pub(super) fn expect(&mut self, points: usize, extent: Extent) {
-        self.extent.join(extent);
+    pub(super) fn expect(&mut self, points: usize, extent: BoundsMm) {
+        self.extent.join(&extent);
         self.noted += points;
     }
 
@@ -236,8 +199,8 @@ mod tests {
 
     const LAYOUT: Layout = Layout { points_a_cell: 4, least_cells: 16, slack: None };
 
-    fn square(side: f64) -> Extent {
-        Extent { low: [-side; 2], high: [side; 2] }
+    fn square(side: f64) -> BoundsMm {
+        BoundsMm { low: [-side; 2], high: [side; 2] }
     }
 
     #[test]

@@ -3,13 +3,13 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use asphera_geometry::VertexId;
 use asphera_geometry::predicates::Place;
+use asphera_geometry::{BoundsMm, VertexId};
 
 use super::Duplicate;
 use super::cells::{Cells, Slot};
 use super::editor::{Editor, Work};
-use super::hints::{Extent, Hints};
+use super::hints::Hints;
 use super::insert::Placed;
 use super::line::Line;
 use super::places::Places;
@@ -27,7 +27,7 @@ pub(super) struct Sheet {
     /// How many different places there are.
     pub(super) vertices: usize,
     /// The box around all places there have been.
-    pub(super) extent: Extent,
+    pub(super) extent: BoundsMm,
     /// Whether another triangulation grows among the cells.
     pub(super) shares_cells: bool,
     pub(super) for_two: ForTwo,
@@ -103,9 +103,9 @@ impl Sheet {
         batch: Range<VertexId>,
     ) {
         let duplicates = self.duplicates.len();
-        let mut extent = Extent::default();
+        let mut extent = BoundsMm::EMPTY;
         batch.clone().for_each(|vertex| extent.add(points.place(vertex)));
-        self.extent.join(extent);
+        self.extent.join(&extent);
         let mut rest = batch.clone();
         while self.plane.is_none()
             && let Some(vertex) = rest.next()
@@ -158,7 +158,7 @@ impl Sheet {
         points: &(impl Places + ?Sized),
         cells: &impl Cells,
         batch: Range<VertexId>,
-        extent: Extent,
+        extent: BoundsMm,
     ) {
         let Some(plane) = &mut self.plane else { return };
         let place = |index: usize| points.place(batch.start + index as VertexId);
@@ -204,7 +204,7 @@ pub(super) struct Inserter<'a, P: ?Sized, C> {
     pub(super) slots: &'a mut [Slot],
     pub(super) duplicates: &'a mut Vec<Duplicate>,
     /// The box around all places, those of the batch among them, and about how many there are.
-    extent: Extent,
+    extent: BoundsMm,
     pub(super) vertices: usize,
     pub(super) shares_cells: bool,
     /// How many points must be left to be worth a second thread, if they are scattered.

@@ -184,11 +184,7 @@ impl Gathered<'_> {
     fn surround(&mut self, vertices: &[VertexId]) {
         for &vertex in vertices {
             let at = place(self.points[vertex as usize]);
-            let BoundsMm { low, high } = self.bounds.unwrap_or(BoundsMm { low: at, high: at });
-            self.bounds = Some(BoundsMm {
-                low: [low[0].min(at[0]), low[1].min(at[1])],
-                high: [high[0].max(at[0]), high[1].max(at[1])],
-            });
+            self.bounds.get_or_insert(BoundsMm::EMPTY).add(at);
         }
     }
 }

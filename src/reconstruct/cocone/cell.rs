@@ -8,10 +8,9 @@ use std::cell::Cell as Best;
 use std::collections::HashSet;
 
 use asphera_geometry::predicates::{orientation_in_space, sphere_encloses};
-use asphera_geometry::{PointMm, WeightedTree};
+use asphera_geometry::{BoxMm, PointMm, WeightedTree};
 
 use super::candidates::{dual, reach};
-use super::octree::box_of;
 use crate::centres;
 use crate::delaunay::{Delaunay, INFINITE, NoDelaunay};
 use crate::geometry::{cross, dot, minus};
@@ -81,15 +80,15 @@ impl Surroundings<'_> {
 
     /// Own points, those within a margin of their box, and the sample; in ascending order.
     fn members(&self, own: &[u32]) -> Vec<u32> {
-        let about = box_of(own.iter().map(|&at| self.places_mm[at as usize]));
+        let about = BoxMm::about(own.iter().map(|&at| self.places_mm[at as usize]));
         let margin = own.iter().map(|&at| self.reach_mm[at as usize]).fold(0.0, f64::max);
         let mut members: Vec<u32> = own.to_vec();
         members.extend(self.sample);
         self.tree.visit(
             |other, _| {
                 (0..3).all(|axis| {
-                    other.low_mm[axis] <= about.high_mm[axis] + margin
-                        && other.high_mm[axis] >= about.low_mm[axis] - margin
+                    other.low[axis] <= about.high[axis] + margin
+                        && other.high[axis] >= about.low[axis] - margin
                 })
             },
             |at| {
@@ -211,7 +210,7 @@ impl<'a> Local<'a> {
         self.all.tree.visit(
             |about, _| {
                 let far = [0, 1, 2].map(|axis| {
-                    if normal[axis] > 0.0 { about.high_mm[axis] } else { about.low_mm[axis] }
+                    if normal[axis] > 0.0 { about.high[axis] } else { about.low[axis] }
                 });
                 height(far) >= best.get().0
             },

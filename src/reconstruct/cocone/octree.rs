@@ -12,8 +12,8 @@ pub(super) fn leaves(places_mm: &[PointMm], most: usize) -> Vec<Vec<u32>> {
             continue;
         }
         // About the points rather than half of the box above: so every cut parts some.
-        let about = box_of(points.iter().map(|&at| places_mm[at as usize]));
-        let middle = [0, 1, 2].map(|axis| 0.5 * about.low_mm[axis] + 0.5 * about.high_mm[axis]);
+        let about = BoxMm::about(points.iter().map(|&at| places_mm[at as usize]));
+        let middle = [0, 1, 2].map(|axis| 0.5 * about.low[axis] + 0.5 * about.high[axis]);
         let mut octants: [Vec<u32>; 8] = Default::default();
         for at in points {
             let place = places_mm[at as usize];
@@ -23,15 +23,6 @@ pub(super) fn leaves(places_mm: &[PointMm], most: usize) -> Vec<Vec<u32>> {
         branches.extend(octants.into_iter().filter(|octant| !octant.is_empty()));
     }
     leaves
-}
-
-/// The box about places.
-pub(super) fn box_of(places: impl Iterator<Item = PointMm>) -> BoxMm {
-    let empty = BoxMm { low_mm: [f64::INFINITY; 3], high_mm: [f64::NEG_INFINITY; 3] };
-    places.fold(empty, |about, place| BoxMm {
-        low_mm: [0, 1, 2].map(|axis| about.low_mm[axis].min(place[axis])),
-        high_mm: [0, 1, 2].map(|axis| about.high_mm[axis].max(place[axis])),
-    })
 }
 
 #[cfg(test)]

@@ -3,25 +3,20 @@
 //! Rounds keep cavities small whatever the points; the curve keeps a point near the one before, so that finding its cell is cheap
 //! and memory is in the cache.
 
+use asphera_geometry::BoxMm;
 use rayon::prelude::*;
 
 use crate::surface::Numbered;
 
 /// Arranges points for insertion.
 pub(super) fn arrange(places: &mut [Numbered]) {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for (place, _) in places.iter() {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(place[axis]);
-            high[axis] = high[axis].max(place[axis]);
-        }
-    }
-    let widest = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
+    let bounds = BoxMm::about(places.iter().map(|&(place, _)| place));
+    let widest = bounds.size_mm().into_iter().fold(0.0, f64::max);
     // Without a width all places are one; any scale will do.
     let scale = if widest > 0.0 { f64::from(SIDE - 1) / widest } else { 0.0 };
     let last = places.len().max(1).ilog2().saturating_sub(FIRST_ROUND);
     places.par_sort_by_cached_key(|&(place, _)| {
-        let at = [0, 1, 2].map(|axis| ((place[axis] - low[axis]) * scale) as u32);
+        let at = [0, 1, 2].map(|axis| ((place[axis] - bounds.low[axis]) * scale) as u32);
         (round(place, last), hilbert(at))
     });
 }

@@ -285,7 +285,7 @@ fn sight_mm2(surface: Surface<'_>, edge: &Loop) -> f64 {
 }
 
 fn overlap(a: &BoxMm, b: &BoxMm) -> bool {
-    (0..3).all(|axis| a.low_mm[axis] <= b.high_mm[axis] && b.low_mm[axis] <= a.high_mm[axis])
+    (0..3).all(|axis| a.low[axis] <= b.high[axis] && b.low[axis] <= a.high[axis])
 }
 
 /// A number in whose order finite values are, as [`f64::total_cmp`] has it.

@@ -96,7 +96,7 @@ pub(super) fn ask_together(
     let known = lists.len();
     let wanted = NEAREST.min(tree.len() - 1);
     let own = tree.about(new.from..new.to);
-    let wide = (0..3).map(|axis| own.high_mm[axis] - own.low_mm[axis]).fold(0.0, f64::max);
+    let wide = (0..3).map(|axis| own.high[axis] - own.low[axis]).fold(0.0, f64::max);
     // What the last leaf asked for is a good start; of a single point nothing else is known.
     let mut radius = match (room.radius_mm > 0.0, wide > 0.0) {
         (true, true) => room.radius_mm.min(4.0 * wide),

@@ -14,7 +14,7 @@ use asphera_geometry::{BoxMm, PointMm};
 
 use self::sights::SIGHTS;
 pub(super) use self::sights::Sight;
-use crate::geometry::{EMPTY, about, joined};
+use crate::geometry::joined;
 use crate::neighbours::{Near, by_coordinates};
 use crate::surface::Numbered;
 
@@ -87,7 +87,7 @@ impl PlaceTree {
         if batch.is_empty() {
             return inserted;
         }
-        let bounds = about(batch.iter().map(|(place, _)| place));
+        let bounds = BoxMm::about(batch.iter().map(|&(place, _)| place));
         let cell = self.grown_to(&bounds);
         self.descend(ROOT, cell, batch, &mut inserted);
         inserted
@@ -101,8 +101,8 @@ impl PlaceTree {
             first_cell(bounds)
         });
         while let Some((axis, is_low)) = outside(&cell, bounds) {
-            let size = cell.high_mm[axis] - cell.low_mm[axis];
-            let at_mm = if is_low { cell.low_mm[axis] } else { cell.high_mm[axis] };
+            let size = cell.high[axis] - cell.low[axis];
+            let at_mm = if is_low { cell.low[axis] } else { cell.high[axis] };
             // The root stays the first node: what it was moves to the end.
             let old = self.nodes.len() as u32;
             let (own, beside) = (self.nodes[0].clone(), Node::new(self.new_block(), ROOT));
@@ -115,9 +115,9 @@ impl PlaceTree {
             let content = Content::Split { low, high, axis: axis as u8, at_mm };
             self.nodes[0] = Node { bounds, sights, parent: NONE, content };
             if is_low {
-                cell.low_mm[axis] -= size;
+                cell.low[axis] -= size;
             } else {
-                cell.high_mm[axis] += size;
+                cell.high[axis] += size;
             }
         }
         self.cell = Some(cell);
@@ -148,15 +148,15 @@ impl PlaceTree {
             return;
         }
         let own = &mut self.nodes[node as usize];
-        own.bounds = joined(&own.bounds, &about(batch.iter().map(|(place, _)| place)));
+        own.bounds = joined(&own.bounds, &BoxMm::about(batch.iter().map(|&(place, _)| place)));
         match own.content {
             Content::Split { low, high, axis, at_mm } => {
                 let axis = usize::from(axis);
                 let count = partition(batch, axis, at_mm);
                 let (below, above) = batch.split_at_mut(count);
                 let (mut low_cell, mut high_cell) = (cell, cell);
-                low_cell.high_mm[axis] = at_mm;
-                high_cell.low_mm[axis] = at_mm;
+                low_cell.high[axis] = at_mm;
+                high_cell.low[axis] = at_mm;
                 self.descend(low, low_cell, below, inserted);
                 self.descend(high, high_cell, above, inserted);
             }
@@ -205,13 +205,13 @@ impl PlaceTree {
     /// Where to halve a cell: across the widest side of its points that has a middle. `None` where it is one place.
     fn middle(&self, node: u32, cell: &Cell) -> Option<(usize, f64)> {
         let bounds = &self.nodes[node as usize].bounds;
-        let extent = |axis: usize| bounds.high_mm[axis] - bounds.low_mm[axis];
+        let extent = |axis: usize| bounds.high[axis] - bounds.low[axis];
         (0..3)
             .map(|axis| {
-                let (low, high) = (cell.low_mm[axis], cell.high_mm[axis]);
+                let (low, high) = (cell.low[axis], cell.high[axis]);
                 (axis, low + (high - low) / 2.0)
             })
-            .filter(|&(axis, at)| cell.low_mm[axis] < at && at < cell.high_mm[axis])
+            .filter(|&(axis, at)| cell.low[axis] < at && at < cell.high[axis])
             .max_by(|a, b| extent(a.0).total_cmp(&extent(b.0)))
     }
 
@@ -230,7 +230,7 @@ impl PlaceTree {
             for &at in &held[..len as usize] {
                 let place = self.points_mm[at as usize];
                 if (place[axis] >= at_mm) == is_high {
-                    half.bounds = joined(&half.bounds, &BoxMm { low_mm: place, high_mm: place });
+                    half.bounds = joined(&half.bounds, &BoxMm { low: place, high: place });
                     self.blocks[own_block as usize][count] = at;
                     self.leaf_of[at as usize] = low + side as u32;
                     count += 1;
@@ -248,25 +248,25 @@ impl PlaceTree {
 impl Node {
     fn new(block: u32, parent: u32) -> Node {
         let content = Content::Leaf { block, len: 0 };
-        Node { bounds: EMPTY, sights: [BLIND; SIGHTS], parent, content }
+        Node { bounds: BoxMm::EMPTY, sights: [BLIND; SIGHTS], parent, content }
     }
 }
 
 /// A cube that holds a box.
 fn first_cell(bounds: &BoxMm) -> Cell {
-    let extent = |axis: usize| bounds.high_mm[axis] - bounds.low_mm[axis];
-    let values = bounds.low_mm.iter().chain(&bounds.high_mm);
+    let extent = |axis: usize| bounds.high[axis] - bounds.low[axis];
+    let values = bounds.low.iter().chain(&bounds.high);
     let farthest = values.fold(0.0_f64, |most, value| most.max(value.abs()));
     let least = (farthest * LEAST_OF_FARTHEST).max(f64::MIN_POSITIVE * 1e200);
     let size = (0..3).map(extent).fold(least, f64::max);
-    BoxMm { low_mm: bounds.low_mm, high_mm: bounds.low_mm.map(|low| low + size) }
+    BoxMm { low: bounds.low, high: bounds.low.map(|low| low + size) }
 }
 
 /// An axis on which a box reaches out of a cell, and whether at its low side.
 fn outside(cell: &Cell, bounds: &BoxMm) -> Option<(usize, bool)> {
     (0..3).find_map(|axis| {
-        let is_low = bounds.low_mm[axis] < cell.low_mm[axis];
-        let is_high = bounds.high_mm[axis] >= cell.high_mm[axis];
+        let is_low = bounds.low[axis] < cell.low[axis];
+        let is_high = bounds.high[axis] >= cell.high[axis];
         (is_low || is_high).then_some((axis, is_low))
     })
 }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 /// A tree of boxes cut at the median of their middles; every box asks it for those of greater number.
 pub(super) fn pairs(boxes: &[BoxMm], keep: impl Fn(u32, u32) -> bool + Sync) -> Vec<[u32; 2]> {
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-    let mut nodes = vec![EMPTY; node_count(boxes.len())];
+    let mut nodes = vec![BoxMm::EMPTY; node_count(boxes.len())];
     build(boxes, &mut order, 0, &mut nodes);
     (0..boxes.len() as u32)
         .into_par_iter()
@@ -33,7 +33,7 @@ pub(crate) struct Tree {
 impl Tree {
     pub(crate) fn of(boxes: &[BoxMm]) -> Tree {
         let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-        let mut nodes = vec![EMPTY; node_count(boxes.len())];
+        let mut nodes = vec![BoxMm::EMPTY; node_count(boxes.len())];
         build(boxes, &mut order, 0, &mut nodes);
         Tree { order, nodes }
     }
@@ -76,23 +76,16 @@ fn node_count(len: usize) -> usize {
 }
 
 fn build(boxes: &[BoxMm], order: &mut [u32], node: usize, nodes: &mut [BoxMm]) {
-    let mut whole = EMPTY;
-    for &number in order.iter() {
-        let one = &boxes[number as usize];
-        for axis in 0..3 {
-            whole.low_mm[axis] = whole.low_mm[axis].min(one.low_mm[axis]);
-            whole.high_mm[axis] = whole.high_mm[axis].max(one.high_mm[axis]);
-        }
-    }
+    let mut whole = BoxMm::EMPTY;
+    order.iter().for_each(|&number| whole.join(&boxes[number as usize]));
     nodes[node] = whole;
     if order.len() <= LEAF {
         return;
     }
-    let extent = |axis: usize| whole.high_mm[axis] - whole.low_mm[axis];
+    let extent = |axis: usize| whole.high[axis] - whole.low[axis];
     let axis =
         (1..3).fold(0, |widest, axis| if extent(axis) > extent(widest) { axis } else { widest });
-    let middle =
-        |number: u32| boxes[number as usize].low_mm[axis] + boxes[number as usize].high_mm[axis];
+    let middle = |number: u32| boxes[number as usize].low[axis] + boxes[number as usize].high[axis];
     let half = order.len() / 2;
     order.select_nth_unstable_by(half, |&a, &b| middle(a).total_cmp(&middle(b)).then(a.cmp(&b)));
     let (left, right) = order.split_at_mut(half);
@@ -126,16 +119,7 @@ fn ask(
 }
 
 fn meet(a: &BoxMm, b: &BoxMm) -> bool {
-    (0..3).all(|axis| a.low_mm[axis] <= b.high_mm[axis] && b.low_mm[axis] <= a.high_mm[axis])
+    (0..3).all(|axis| a.low[axis] <= b.high[axis] && b.low[axis] <= a.high[axis])
 }
 
-/// The box about some places.
-pub(crate) fn about(places: &[PointMm]) -> BoxMm {
-    places.iter().fold(EMPTY, |whole, place| BoxMm {
-        low_mm: [0, 1, 2].map(|axis| whole.low_mm[axis].min(place[axis])),
-        high_mm: [0, 1, 2].map(|axis| whole.high_mm[axis].max(place[axis])),
-    })
-}
-
-const EMPTY: BoxMm = BoxMm { low_mm: [f64::INFINITY; 3], high_mm: [f64::NEG_INFINITY; 3] };
 const LEAF: usize = 4;

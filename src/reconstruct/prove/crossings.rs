@@ -5,15 +5,15 @@
 
 use std::cmp::Ordering;
 
-use asphera_geometry::PointMm;
 use asphera_geometry::predicates::{orientation, orientation_in_space};
+use asphera_geometry::{BoxMm, PointMm};
 
 use super::{boxes, corners};
 
 /// Pairs of triangles that meet elsewhere than in common corners and edges. `degenerate` ones, in ascending order, are left out.
 pub(super) fn all(points_mm: &[PointMm], facets: &[[u32; 3]], degenerate: &[u32]) -> Vec<[u32; 2]> {
     let bounds: Vec<_> =
-        facets.iter().map(|&facet| boxes::about(&corners(points_mm, facet))).collect();
+        facets.iter().map(|&facet| BoxMm::about(corners(points_mm, facet))).collect();
     let is_flat = |facet: u32| degenerate.binary_search(&facet).is_ok();
     boxes::pairs(&bounds, |one, other| {
         cross(points_mm, facets[one as usize], facets[other as usize])

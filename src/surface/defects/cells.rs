@@ -1,6 +1,6 @@
 //! The samples by the cells of a grid over the surface, and the moments of each cell.
 
-use asphera_geometry::{PointMm, VertexId};
+use asphera_geometry::{BoundsMm, PointMm, VertexId, place};
 
 use super::{DefectsUnknown, Samples};
 
@@ -75,15 +75,9 @@ impl Cells {
     ) -> Result<Cells, DefectsUnknown> {
         let vertices =
             || (0..samples.points.len() as VertexId).filter(|&vertex| used[vertex as usize]);
-        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for vertex in vertices() {
-            let point = samples.points[vertex as usize];
-            for axis in 0..2 {
-                low[axis] = low[axis].min(point[axis]);
-                high[axis] = high[axis].max(point[axis]);
-            }
-        }
-        let extent_mm = [high[0] - low[0], high[1] - low[1]];
+        let bounds =
+            BoundsMm::about(vertices().map(|vertex| place(samples.points[vertex as usize])));
+        let (low, extent_mm) = (bounds.low, bounds.size_mm());
         let points = vertices().count();
         let counts = extent_mm.map(|extent| (extent / side_mm).floor() + 1.0);
         if counts[0] * counts[1] > most(points) {

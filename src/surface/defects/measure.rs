@@ -302,13 +302,7 @@ impl Field<'_> {
     }
 
     fn bounds(&self, vertices: &[VertexId]) -> BoundsMm {
-        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for &vertex in vertices {
-            let place = self.place_mm(vertex);
-            low = [0, 1].map(|axis| low[axis].min(place[axis]));
-            high = [0, 1].map(|axis| high[axis].max(place[axis]));
-        }
-        BoundsMm { low, high }
+        BoundsMm::about(vertices.iter().map(|&vertex| self.place_mm(vertex)))
     }
 
     /// A residual along the normal over an area in space is as much as one along z over its projection.

@@ -369,13 +369,7 @@ fn of_step(samples: &Samples<'_>, used: &[bool], step: &Step) -> Defect {
     let half = 0.5 * step.length_mm;
     let ends = [[-half, knots[0][1]], [half, knots[knots.len() - 1][1]]];
     let places = knots.iter().copied().chain(ends).map(|knot| step.line.place_mm(knot));
-    let bounds_mm = places
-        .map(|place| BoundsMm { low: place, high: place })
-        .reduce(|all, one| BoundsMm {
-            low: [0, 1].map(|axis| all.low[axis].min(one.low[axis])),
-            high: [0, 1].map(|axis| all.high[axis].max(one.high[axis])),
-        })
-        .expect("a line has two ends");
+    let bounds_mm = BoundsMm::about(places);
     Defect {
         kind: DefectKind::Step,
         centre_mm: [x, y, nearest[2]],

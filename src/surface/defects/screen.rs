@@ -155,39 +155,38 @@ impl Screen<'_> {
 
     /// The cells over the extent of the samples, and how many samples there are.
     fn raster(&self) -> Result<(Raster, u64), DefectsUnknown> {
-        let nothing = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2], 0_u64);
-        let (low_mm, high_mm, used) = self
+        let (bounds, used) = self
             .points
             .par_iter()
             .zip(self.deviations_mm)
             .with_min_len(1 << 16)
             .filter(|(_, deviation)| deviation.is_finite())
             .fold(
-                || nothing,
-                |(low, high, used), (&[x, y, _], _)| {
-                    ([low[0].min(x), low[1].min(y)], [high[0].max(x), high[1].max(y)], used + 1)
+                || (BoundsMm::EMPTY, 0_u64),
+                |(mut bounds, used), (&[x, y, _], _)| {
+                    bounds.add([x, y]);
+                    (bounds, used + 1)
                 },
             )
             .reduce(
-                || nothing,
-                |(low, high, used), (lower, higher, more)| {
-                    let low = [low[0].min(lower[0]), low[1].min(lower[1])];
-                    let high = [high[0].max(higher[0]), high[1].max(higher[1])];
-                    (low, high, used + more)
+                || (BoundsMm::EMPTY, 0),
+                |(mut bounds, used), (other, more)| {
+                    bounds.join(&other);
+                    (bounds, used + more)
                 },
             );
         if used == 0 {
             return Err(DefectsUnknown::NoArea);
         }
         let side_mm = CELL_SPACINGS * self.spacing_mm;
-        let extent_mm = [high_mm[0] - low_mm[0], high_mm[1] - low_mm[1]];
+        let extent_mm = bounds.size_mm();
         let counts = extent_mm.map(|extent| (extent / side_mm).floor() + 1.0);
         // Written so that NaN fails.
         if !(side_mm > 0.0 && counts[0] * counts[1] <= super::cells::most(used as usize)) {
             return Err(DefectsUnknown::Scattered { side_mm, extent_mm, points: used as usize });
         }
         let size = counts.map(|count| count as usize);
-        Ok((Raster { low_mm, per_mm: side_mm.recip(), size }, used))
+        Ok((Raster { low_mm: bounds.low, per_mm: side_mm.recip(), size }, used))
     }
 
     fn tallies(&self, raster: &Raster) -> Vec<Tally> {

@@ -1,6 +1,6 @@
 //! The noise region by region.
 
-use asphera_geometry::{BoundsMm, PointMm, VertexId};
+use asphera_geometry::{BoundsMm, PointMm, VertexId, place};
 
 use super::estimate::{chosen, estimate_from};
 use super::{Noise, NoiseEstimate, NoiseSettings, NoiseUnknown};
@@ -93,9 +93,9 @@ fn bounds_mm(points: &[PointMm], adjacency: &Adjacency) -> Option<BoundsMm> {
         .filter(|&vertex| !adjacency.neighbours(vertex).is_empty())
         .map(|vertex| points[vertex as usize])
         .filter(|point| point.iter().all(|coordinate| coordinate.is_finite()))
-        .map(|[x, y, _]| BoundsMm { low: [x, y], high: [x, y] })
-        .reduce(|all, one| BoundsMm {
-            low: [0, 1].map(|axis| all.low[axis].min(one.low[axis])),
-            high: [0, 1].map(|axis| all.high[axis].max(one.high[axis])),
+        .fold(None, |bounds: Option<BoundsMm>, point| {
+            let mut bounds = bounds.unwrap_or(BoundsMm::EMPTY);
+            bounds.add(place(point));
+            Some(bounds)
         })
 }

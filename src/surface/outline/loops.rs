@@ -16,7 +16,7 @@
 use std::cmp::Ordering;
 
 use asphera_geometry::predicates::orientation;
-use asphera_geometry::{PointMm, Sum, VertexId, place};
+use asphera_geometry::{BoundsMm, PointMm, Sum, VertexId, place};
 
 use crate::outline::Contour;
 
@@ -100,16 +100,15 @@ fn measured(points: &[PointMm], mut vertices: Vec<VertexId>) -> Loop {
     vertices.rotate_left(first);
     let [x0, y0] = at(vertices[0]);
     let (mut twice, mut perimeter) = (Sum::default(), Sum::default());
-    let (mut min_mm, mut max_mm) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for (index, &vertex) in vertices.iter().enumerate() {
         let [x, y] = at(vertex);
         let [to_x, to_y] = at(vertices[(index + 1) % vertices.len()]);
         twice.add((x - x0) * (to_y - y0));
         twice.add(-(y - y0) * (to_x - x0));
         perimeter.add((to_x - x).hypot(to_y - y));
-        min_mm = [min_mm[0].min(x), min_mm[1].min(y)];
-        max_mm = [max_mm[0].max(x), max_mm[1].max(y)];
     }
+    let BoundsMm { low: min_mm, high: max_mm } =
+        BoundsMm::about(vertices.iter().map(|&vertex| at(vertex)));
     let signed_area_mm2 = 0.5 * twice.total();
     let area_mm2 = signed_area_mm2.abs();
     let contour = Contour { vertices, area_mm2, perimeter_mm: perimeter.total(), min_mm, max_mm };

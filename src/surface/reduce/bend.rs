@@ -1,6 +1,6 @@
 //! Curvature of a measured surface, as far as a reduction needs it.
 
-use asphera_geometry::PointMm;
+use asphera_geometry::{BoundsMm, PointMm, place};
 
 use super::fitted::Fitted;
 
@@ -27,18 +27,12 @@ pub struct CurvatureBound {
 /// window only, such as an edge or a scratch, is not seen, nor a second sheet of the surface
 /// nearby. `None` where no window determines a quadric.
 pub fn curvature_bound(points: &[PointMm], sigma_mm: f64) -> Option<CurvatureBound> {
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for point in points {
-        for axis in [0, 1] {
-            low[axis] = low[axis].min(point[axis]);
-            high[axis] = high[axis].max(point[axis]);
-        }
-    }
-    let window_mm = [0, 1].map(|axis| (high[axis] - low[axis]) / WINDOWS as f64);
+    let bounds = BoundsMm::about(points.iter().map(|&point| place(point)));
+    let window_mm = bounds.size_mm().map(|side_mm| side_mm / WINDOWS as f64);
     let mut windows = vec![Vec::new(); WINDOWS * WINDOWS];
     for &point in points {
         let [column, row] = [0, 1].map(|axis| {
-            let cell = (point[axis] - low[axis]) / window_mm[axis];
+            let cell = (point[axis] - bounds.low[axis]) / window_mm[axis];
             (cell as usize).min(WINDOWS - 1)
         });
         windows[row * WINDOWS + column].push(point);

@@ -13,7 +13,7 @@ use crate::UncertaintyError;
 use crate::linear::Linear;
 use asphera_form::linear::{CHUNK, Selection, System, Triangle, Weights};
 use asphera_form::{Aperture, Fit, Freedoms, PointMm};
-use asphera_geometry::Numbers;
+use asphera_geometry::{BoundsMm, Numbers};
 
 /// As [`super::type_a`] by 64 to 128 patches in place of 256; `None` where the points make too few.
 ///
@@ -154,15 +154,9 @@ struct Territory {
 impl Territory {
     /// Over places that are some. `O(cells·patches)`.
     fn new(places_mm: &[[f64; 2]], middles_mm: &[[f64; 2]]) -> Territory {
-        let (mut low_mm, mut high_mm) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for place_mm in places_mm {
-            for axis in 0..2 {
-                low_mm[axis] = low_mm[axis].min(place_mm[axis]);
-                high_mm[axis] = high_mm[axis].max(place_mm[axis]);
-            }
-        }
-        let size_mm: [f64; 2] =
-            std::array::from_fn(|axis| (high_mm[axis] - low_mm[axis]).max(f64::MIN_POSITIVE));
+        let bounds = BoundsMm::about(places_mm.iter().copied());
+        let (low_mm, size_mm) =
+            (bounds.low, bounds.size_mm().map(|size_mm| size_mm.max(f64::MIN_POSITIVE)));
         let per_mm = size_mm.map(|size_mm| CELLS as f64 / size_mm);
         let nearest = |cell: usize| {
             let middle = |axis: usize, index: usize| {

@@ -1,5 +1,6 @@
 //! Chains as CSV, SVG and DXF.
 
+use asphera_geometry::BoundsMm;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -120,9 +121,8 @@ fn polyline(text: &mut String, layer: &str, places_mm: &[PlaceMm], closed: bool)
 
 /// The smallest box round all places, mm; zero without any.
 fn bounds(chains: &[ChainFigures]) -> (PlaceMm, PlaceMm) {
-    let mut places = chains.iter().flat_map(|chain| &chain.points_mm);
-    let Some(&first) = places.next() else { return ([0.0; 2], [0.0; 2]) };
-    places.fold((first, first), |(low, high), &[x, y]| {
-        ([low[0].min(x), low[1].min(y)], [high[0].max(x), high[1].max(y)])
-    })
+    let places = chains.iter().flat_map(|chain| &chain.points_mm);
+    BoundsMm::about(places.copied())
+        .corners()
+        .map_or(([0.0; 2], [0.0; 2]), |[low, high]| (low, high))
 }

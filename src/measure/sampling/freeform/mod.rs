@@ -9,6 +9,7 @@
 //! most the way to the farthest corner of the cell, whatever the surface; where it is smooth by second order of
 //! that. A nominal with features narrower than the raster sees gives no table: the points then tell more.
 
+use asphera_geometry::{BoundsMm, place};
 use std::sync::Arc;
 
 use asphera_form::shape::Shape;
@@ -81,14 +82,8 @@ impl Footprint {
     }
 
     fn about_points(points: &[PointMm], pose: &Pose) -> Footprint {
-        let (mut low_mm, mut high_mm) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for &point in points {
-            let [x, y, _] = pose.to_part(point);
-            for (axis, at) in [x, y].into_iter().enumerate() {
-                low_mm[axis] = low_mm[axis].min(at);
-                high_mm[axis] = high_mm[axis].max(at);
-            }
-        }
+        let places = points.iter().map(|&point| place(pose.to_part(point)));
+        let BoundsMm { low: mut low_mm, high: mut high_mm } = BoundsMm::about(places);
         for axis in 0..2 {
             // From one power of two to the next the box grows in eight steps.
             let quantum_mm = (high_mm[axis] - low_mm[axis]).log2().ceil().exp2() / 8.0;

@@ -3,7 +3,7 @@
 use asphera_geometry::{BoxMm, PointMm};
 
 use super::{Content, MARGIN, Node, PlaceTree, ROOT};
-use crate::geometry::{EMPTY, gap, joined, squared};
+use crate::geometry::{gap, squared};
 use crate::local::Places;
 use crate::neighbours::Near;
 
@@ -68,7 +68,7 @@ impl PlaceTree {
 
     fn collect(&self, node: u32, place: PointMm, limit: f64, found: &mut Vec<Near>) {
         let Node { bounds, content, .. } = &self.nodes[node as usize];
-        if gap(&BoxMm { low_mm: place, high_mm: place }, bounds) * (1.0 - MARGIN) > limit {
+        if gap(&BoxMm { low: place, high: place }, bounds) * (1.0 - MARGIN) > limit {
             return;
         }
         match *content {
@@ -94,7 +94,7 @@ impl PlaceTree {
             let Some(Node { bounds, parent, .. }) = self.nodes.get(node as usize) else {
                 return 0.0;
             };
-            let side = |axis: usize| bounds.high_mm[axis] - bounds.low_mm[axis];
+            let side = |axis: usize| bounds.high[axis] - bounds.low[axis];
             let widest = (0..3).map(side).fold(0.0, f64::max);
             if widest > 0.0 {
                 return widest;
@@ -110,9 +110,6 @@ impl PlaceTree {
 
     /// The box of some points.
     pub(in crate::local) fn about(&self, points: impl Iterator<Item = u32>) -> BoxMm {
-        points.fold(EMPTY, |whole, at| {
-            let place = self.points_mm[at as usize];
-            joined(&whole, &BoxMm { low_mm: place, high_mm: place })
-        })
+        BoxMm::about(points.map(|at| self.points_mm[at as usize]))
     }
 }

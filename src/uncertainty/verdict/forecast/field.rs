@@ -2,6 +2,7 @@
 
 use asphera_form::Aperture;
 use asphera_form::NM_PER_MM;
+use asphera_geometry::BoundsMm;
 
 /// The measured part of a block of the aperture, or the rest of one.
 #[derive(Clone, Debug)]
@@ -140,13 +141,7 @@ fn whole(filled: &[[f64; 2]], missing: Option<f64>) -> Vec<bool> {
 }
 
 fn extent_mm(places_mm: &[[f64; 2]]) -> [[f64; 2]; 2] {
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for place in places_mm {
-        for axis in 0..2 {
-            low[axis] = low[axis].min(place[axis]);
-            high[axis] = high[axis].max(place[axis]);
-        }
-    }
+    let BoundsMm { low, high } = BoundsMm::about(places_mm.iter().copied());
     [low, high]
 }
 
