@@ -32,6 +32,7 @@ mod nominal;
 mod pose;
 pub mod shape;
 mod spline_fit;
+mod taylor;
 
 pub use aperture::{Aperture, ApertureError};
 pub use contact::{Touch, Touched, Untouched};

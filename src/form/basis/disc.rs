@@ -4,8 +4,9 @@
 //! and v, so no angle occurs and nothing is undefined at the centre:
 //! ∂(u + iv)^m/∂u = m·(u + iv)^{m−1} and ∂(u + iv)^m/∂v = i·m·(u + iv)^{m−1}.
 
-use super::recurrence::{Family, Taylor, scaled};
+use super::recurrence::{Family, scaled};
 use super::{LANES, NormalisedJet};
+use crate::taylor::Taylor;
 
 /// All terms of a basis of the disc, as polynomials of the square of the radius with their azimuthal orders.
 ///

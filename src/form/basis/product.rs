@@ -2,8 +2,9 @@
 
 use thiserror::Error;
 
-use super::recurrence::{Family, Step, Taylor, scaled};
+use super::recurrence::{Family, Step, scaled};
 use super::{Basis, LANES, NormalisedJet};
+use crate::taylor::Taylor;
 
 /// Products `f_i(u)·f_j(v)` of one family.
 #[derive(Clone, Debug, PartialEq)]

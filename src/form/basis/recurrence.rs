@@ -6,31 +6,7 @@
 //! recurrences with the same coefficients.
 
 use super::LANES;
-
-/// Value and first two derivatives of a function of one variable.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Taylor {
-    pub(super) value: f64,
-    pub(super) first: f64,
-    pub(super) second: f64,
-}
-
-impl Taylor {
-    pub(super) fn constant(value: f64) -> Taylor {
-        Taylor { value, first: 0.0, second: 0.0 }
-    }
-
-    /// The product, by the rule of Leibniz.
-    pub(super) fn times(self, other: Taylor) -> Taylor {
-        Taylor {
-            value: self.value * other.value,
-            first: self.first * other.value + self.value * other.first,
-            second: self.second * other.value
-                + 2.0 * self.first * other.first
-                + self.value * other.second,
-        }
-    }
-}
+use crate::taylor::Taylor;
 
 /// `p_{k+1} = (a + b·x)·p_k − c·p_{k−1} − d·p_{k−2}`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,34 +1,9 @@
-//! A function of one variable with two derivatives, and the jets of surfaces made from it.
+//! The jets of surfaces made from a function of one variable.
 
 use super::Jet;
-
-/// Value and first two derivatives of a function of one variable at one place.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Taylor {
-    pub(super) value: f64,
-    pub(super) first: f64,
-    pub(super) second: f64,
-}
+pub(super) use crate::taylor::Taylor;
 
 impl Taylor {
-    pub(super) fn plus(self, other: Taylor) -> Taylor {
-        Taylor {
-            value: self.value + other.value,
-            first: self.first + other.first,
-            second: self.second + other.second,
-        }
-    }
-
-    pub(super) fn times(self, other: Taylor) -> Taylor {
-        Taylor {
-            value: self.value * other.value,
-            first: self.first * other.value + self.value * other.first,
-            second: self.second * other.value
-                + 2.0 * self.first * other.first
-                + self.value * other.second,
-        }
-    }
-
     /// The function of x whose value at x is this function at t = x².
     pub(super) fn of_square(self, x: f64) -> Taylor {
         Taylor {
