@@ -1,5 +1,7 @@
 //! The compensation in a report: its figures, and the cautions of the verdict.
 
+use asphera_figures::texture::{Mesh, hybrid_parameters};
+use asphera_geometry::PointMm;
 use asphera_report::{TipFigures, Verdict};
 
 use super::solve::{Found, Solved, TOO_HOLLOW};
@@ -65,20 +67,11 @@ fn figures(solved: &Solved) -> TipFigures {
 /// RMS slope of the deviation over the area of the triangles, rad.
 fn slope_rms(measurement: &Measurement) -> Option<f64> {
     let Measurement { points_mm, triangles, deviations_nm, .. } = measurement;
-    let (mut area, mut sum) = (0.0, 0.0);
-    for corners in triangles {
-        let [a, b, c] = corners.map(|corner| points_mm[corner as usize]);
-        let [d, e, f] = corners.map(|corner| deviations_nm[corner as usize] / NM_PER_MM);
-        let twice = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
-        let along_x = ((e - d) * (c[1] - a[1]) - (f - d) * (b[1] - a[1])) / twice;
-        let along_y = ((f - d) * (b[0] - a[0]) - (e - d) * (c[0] - a[0])) / twice;
-        let square = along_x * along_x + along_y * along_y;
-        if square.is_finite() {
-            area += twice.abs();
-            sum += twice.abs() * square;
-        }
-    }
-    (area > 0.0).then(|| (sum / area).sqrt())
+    let heights = points_mm.iter().zip(deviations_nm);
+    let heights: Vec<PointMm> = heights.map(|(&[x, y, _], nm)| [x, y, nm / NM_PER_MM]).collect();
+    let mesh = Mesh::new(&heights, triangles).ok()?;
+    let slopes = hybrid_parameters((&mesh).into()).ok()?;
+    Some(1e-6 * slopes.sdq_urad)
 }
 
 /// Says what the compensation leaves open.
