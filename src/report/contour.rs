@@ -21,7 +21,7 @@ pub use self::session::{ContourState, SessionContour};
 pub const CONTOUR_FORMAT: &str = "asphera-contour 1";
 
 /// A curve or an area found from points, and its figures. Lengths are mm; rows are those of points, counted from 0.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct ContourReport {
     /// [`CONTOUR_FORMAT`].
     pub format: String,
@@ -84,7 +84,7 @@ pub struct ContourReport {
 }
 
 /// The points that were read.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct InputFigures {
     /// How many.
     pub points: usize,

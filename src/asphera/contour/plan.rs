@@ -59,32 +59,12 @@ impl ContourPlan {
             input: InputFigures {
                 points: places.len(),
                 distinct: Samples::new(places).map_or(0, |samples| samples.len()),
-                kind: None,
-                outliers: None,
-                noise_sigma_mm: None,
-                spacing_median_mm: None,
+                ..InputFigures::default()
             },
             method: method.name().to_owned(),
-            reason: None,
-            parameters: Default::default(),
             guarantee: method.guarantee().to_owned(),
-            edges: Vec::new(),
-            chains: Vec::new(),
-            beziers_mm: Vec::new(),
-            area_mm2: None,
-            parts: None,
-            holes: None,
-            regions: None,
-            ends: Vec::new(),
-            junctions: Vec::new(),
-            gaps: Vec::new(),
-            left_out: Vec::new(),
-            sampling: None,
-            circle: None,
-            features: Vec::new(),
-            deviation: None,
             unknown: vec![format!("contour: {why}")],
-            abridged: None,
+            ..ContourReport::default()
         }
     }
 

@@ -1,7 +1,5 @@
 //! The report of a contour, made of what a method found.
 
-use std::collections::BTreeMap;
-
 use asphera_contour::{
     Chain, Choice, FoundCurve, Graph, Kind, Method, Parameters, Part, PlaceMm, Region, SampleId,
     Samples, Triangulation,
@@ -121,31 +119,19 @@ pub(super) fn curve_report(
         input: InputFigures {
             points: samples.points(),
             distinct: samples.len(),
-            kind: None,
-            outliers: None,
             noise_sigma_mm: curve.sigma_mm,
             spacing_median_mm: distances_mm.get(distances_mm.len() / 2).copied(),
+            ..InputFigures::default()
         },
         method: method.name().to_owned(),
-        reason: None,
         parameters: method.parameters().iter().map(|parameter| value(parameter.name)).collect(),
         guarantee: method.guarantee().to_owned(),
         edges: graph.edges_by_row(samples),
         chains: figures(curve.places_mm.as_deref().unwrap_or(samples.places()), &chains),
-        beziers_mm: Vec::new(),
-        area_mm2: None,
-        parts: None,
-        holes: None,
-        regions: None,
         ends: rows(samples, graph.ends(samples.len())),
         junctions: rows(samples, graph.junctions(samples.len())),
-        gaps: Vec::new(),
         left_out: rows(samples, graph.alone(samples.len())),
         sampling: is_checked.then(|| sampled(&curve.sampling(triangulation), method)),
-        circle: None,
-        features: Vec::new(),
-        deviation: None,
-        abridged: None,
         unknown: match (is_curve, is_checked) {
             (false, _) => Vec::new(),
             (true, true) => vec![
@@ -161,6 +147,7 @@ pub(super) fn curve_report(
                 TAKEN_FOR_CURVE.to_owned(),
             ],
         },
+        ..ContourReport::default()
     }
 }
 
@@ -188,32 +175,17 @@ pub(crate) fn truth_report(
         input: InputFigures {
             points: count,
             distinct: count,
-            kind: None,
-            outliers: None,
-            noise_sigma_mm: None,
             spacing_median_mm: edge_mm.get(edge_mm.len() / 2).copied(),
+            ..InputFigures::default()
         },
         method: "truth".to_owned(),
-        reason: None,
-        parameters: BTreeMap::new(),
         guarantee: "the curve itself".to_owned(),
         edges: graph.edges().to_vec(),
         chains: chains.collect(),
-        beziers_mm: Vec::new(),
-        area_mm2: None,
-        parts: None,
-        holes: None,
-        regions: None,
         ends: graph.ends(count),
         junctions: graph.junctions(count),
-        gaps: Vec::new(),
         left_out: graph.alone(count),
-        sampling: None,
-        circle: None,
-        features: Vec::new(),
-        deviation: None,
-        abridged: None,
-        unknown: Vec::new(),
+        ..ContourReport::default()
     }
 }
 

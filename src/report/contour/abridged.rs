@@ -81,32 +81,14 @@ mod tests {
             input: InputFigures {
                 points: edges,
                 distinct: edges,
-                kind: None,
-                outliers: None,
-                noise_sigma_mm: None,
                 spacing_median_mm: Some(1.0),
+                ..InputFigures::default()
             },
             method: "crust".to_owned(),
-            reason: None,
-            parameters: BTreeMap::new(),
-            guarantee: String::new(),
             edges: vec![[0, 1]; edges],
             chains,
-            beziers_mm: Vec::new(),
-            area_mm2: None,
-            parts: None,
-            holes: None,
-            regions: None,
             ends: vec![3],
-            junctions: Vec::new(),
-            gaps: Vec::new(),
-            left_out: Vec::new(),
-            sampling: None,
-            circle: None,
-            features: Vec::new(),
-            deviation: None,
-            unknown: Vec::new(),
-            abridged: None,
+            ..ContourReport::default()
         }
     }
 
