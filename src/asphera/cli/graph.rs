@@ -20,6 +20,7 @@ use super::progress::Progress;
 use super::sampled::SampledArgs;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
+use super::threads::ThreadArgs;
 
 #[derive(Args)]
 pub(super) struct GraphArgs {
@@ -65,9 +66,8 @@ pub(super) struct GraphArgs {
     /// Overwrite such files if they are there.
     #[arg(long)]
     force: bool,
-    /// Threads to use; results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: ThreadArgs,
     /// Print the figures as one JSON object on stdout, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -179,7 +179,7 @@ pub(super) fn run(args: &GraphArgs) -> Result<Exit, Failure> {
     let points: Vec<[f64; 3]> = source.points().collect();
     let name = args.source.display().to_string();
     let values = args.values(&source)?;
-    let outcome = in_pool(args.threads, || {
+    let outcome = args.threads.run(|| {
         let function = (&args.function, values.as_deref());
         figures::of((&name, &points), function, (&args.choices(), args.halvings), &progress)
     })?;
@@ -200,19 +200,6 @@ pub(super) fn run(args: &GraphArgs) -> Result<Exit, Failure> {
         source.say_reading();
     }
     Ok(Exit::Done)
-}
-
-/// Does work on as many threads as are asked for.
-pub(super) fn in_pool<T: Send>(
-    threads: Option<u16>,
-    work: impl FnOnce() -> Result<T, Failure> + Send,
-) -> Result<T, Failure> {
-    match threads {
-        None => work(),
-        Some(threads) => {
-            rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build()?.install(work)
-        }
-    }
 }
 
 fn length(word: &str) -> Result<f64, String> {

@@ -14,6 +14,7 @@ use super::progress::Progress;
 use super::serve::{check_free, show};
 use super::source::{Source, source_or_volume_help};
 use super::text::TextArgs;
+use super::threads::ThreadArgs;
 use super::tip::TipArgs;
 use crate::results;
 use crate::shown::ShownMeasurement;
@@ -45,15 +46,12 @@ pub(super) struct MeasureArgs {
     /// Take the points in another order, drawn from this seed.
     #[arg(long, value_name = "SEED")]
     shuffle: Option<u64>,
-    /// Threads to use; results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: ThreadArgs,
 }
 
 pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
-    if let Some(threads) = args.threads {
-        rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
-    }
+    args.threads.limit_process()?;
     refuse_results(&args.output)?;
     args.listen.map(check_free).transpose()?;
     // A nominal that cannot be used is told before long reading.

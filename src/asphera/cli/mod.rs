@@ -38,6 +38,7 @@ mod simulate;
 mod source;
 mod summary;
 mod text;
+mod threads;
 mod tip;
 mod token;
 mod unit_doubt;

@@ -17,12 +17,13 @@ use clap::Args;
 use self::figures::PartsReport;
 use super::exit::Exit;
 use super::files::measured;
-use super::graph::{TauArg, in_pool};
+use super::graph::TauArg;
 use super::output::{Failure, print, print_json};
 use super::progress::Progress;
 use super::sampled::SampledArgs;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
+use super::threads::ThreadArgs;
 use crate::parts::{Library, Scene, form, judged, matched};
 
 #[derive(Args)]
@@ -57,9 +58,8 @@ pub(super) struct PartsArgs {
     /// Overwrite such files if they are there.
     #[arg(long)]
     force: bool,
-    /// Threads to use; results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: ThreadArgs,
     /// Print the figures as one JSON object on stdout, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -115,7 +115,7 @@ pub(super) fn run(args: &PartsArgs) -> Result<Exit, Failure> {
     let points: Vec<PointMm> = source.points().collect();
     let (u_mm, format) = source.uncertainties_mm();
     let path = &*args.source;
-    let done = in_pool(args.threads, || {
+    let done = args.threads.run(|| {
         let read = Read { path, points: &points, u_mm, format, progress: &progress };
         done(args, &read, library.as_ref())
     })?;

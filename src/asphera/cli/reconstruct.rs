@@ -22,6 +22,7 @@ use super::output::{Failure, print, print_json};
 use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
+use super::threads::ThreadArgs;
 use crate::clock::Clock;
 
 #[derive(Args)]
@@ -50,9 +51,8 @@ pub(super) struct ReconstructArgs {
     /// Overwrite --out if it is there.
     #[arg(long)]
     force: bool,
-    /// Threads to use; results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: ThreadArgs,
     /// Print the figures as one JSON object on stdout, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -128,13 +128,7 @@ pub(super) fn run(args: &ReconstructArgs) -> Result<Exit, Failure> {
     if args.graph.sweeps() {
         return sweep(args);
     }
-    let work = || made(args);
-    let (report, points_mm, facets) = match args.threads {
-        None => work()?,
-        Some(threads) => {
-            rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build()?.install(work)?
-        }
-    };
+    let (report, points_mm, facets) = args.threads.run(|| made(args))?;
     if let Some(out) = &args.out {
         written::write(out, &points_mm, &facets)?;
     }
@@ -200,13 +194,7 @@ fn found(
 
 /// The table of `--compare`.
 fn compare(args: &ReconstructArgs) -> Result<Exit, Failure> {
-    let work = || compared(args);
-    let table = match args.threads {
-        None => work()?,
-        Some(threads) => {
-            rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build()?.install(work)?
-        }
-    };
+    let table = args.threads.run(|| compared(args))?;
     if args.json {
         print_json(&table)?;
     } else {

@@ -16,6 +16,7 @@ use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::summary::{brief, tables};
 use super::text::TextArgs;
+use super::threads::ThreadArgs;
 use asphera_measure::Part;
 use asphera_measure::{Along, Next, PointsSampling, Wanted, sampling_of_points};
 
@@ -51,9 +52,8 @@ pub(super) struct SamplingArgs {
     /// Without it that of the session, or z.
     #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
     along: Option<Along>,
-    /// Threads to use; results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: ThreadArgs,
     /// Print the figures as one JSON object on stdout, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -69,9 +69,7 @@ struct Told<'a> {
 }
 
 pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
-    if let Some(threads) = args.threads {
-        rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
-    }
+    args.threads.limit_process()?;
     if let Some(out) = &args.waypoints {
         refuse(out, &args.source, args.force)?;
     }

@@ -19,6 +19,7 @@ use super::exit::Exit;
 use super::files::refuse;
 use super::output::{Failure, print, print_json, write_json};
 use super::progress::Progress;
+use super::threads::ThreadArgs;
 
 #[derive(Args)]
 pub(super) struct VolumeArgs {
@@ -65,9 +66,8 @@ pub(super) struct VolumeArgs {
     /// Overwrite such files if they are there.
     #[arg(long)]
     force: bool,
-    /// Threads to use; results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: ThreadArgs,
     /// Print the figures as one JSON object on stdout, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -178,13 +178,7 @@ pub(super) fn run(args: &VolumeArgs) -> Result<Exit, Failure> {
         progress.stage("measuring");
         figures::of(args, &opened, &surface)
     };
-    let report = match args.threads {
-        None => work()?,
-        Some(threads) => {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build()?;
-            pool.install(work)?
-        }
-    };
+    let report = args.threads.run(work)?;
     if let Some(path) = &report_file {
         write_json(path, &report)?;
     }
