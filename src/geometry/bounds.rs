@@ -83,6 +83,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::regressions::beside_source;
 
     #[test]
     fn no_place_has_no_box_and_one_has_itself() {
@@ -95,6 +96,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(beside_source())]
+
         #[test]
         fn it_holds_all_its_places_and_each_side_touches_one(
             places in prop::collection::vec(prop::array::uniform3(-1e3..1e3), 1..30),

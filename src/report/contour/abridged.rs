@@ -65,8 +65,6 @@ fn thin(places_mm: &mut Vec<[f64; 2]>, every: usize, closed: bool) {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
-
     use super::*;
     use crate::contour::{CONTOUR_FORMAT, InputFigures};
 
