@@ -73,3 +73,36 @@ fn the_form_error_comes_back_from_under_the_ball() {
     assert!(tip["largest_height_nm"].as_f64().unwrap() > 20_000.0, "{tip}");
     assert!(point["points"].get("tip").is_none());
 }
+
+/// A file of ball centres on paper: its contacts are the sphere, and what the radius leaves open stands in its table.
+#[test]
+fn a_report_of_a_file_knows_its_ball() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let side = || (-30..=30).map(|step| 0.25 * f64::from(step));
+    let centres =
+        side().flat_map(|x| side().map(move |y| [x, y])).filter(|[x, y]| x.hypot(*y) < 7.5);
+    let line = |[x, y]: [f64; 2]| {
+        format!("{x} {y} {:.9}\n", (20.5_f64.powi(2) - x * x - y * y).sqrt() - 20.0)
+    };
+    std::fs::write(file("centres.xyz"), centres.map(line).collect::<String>()).unwrap();
+    let nominal = "[surface]\nkind = \"sphere\"\nradius_mm = -20\n[aperture]\nshape = \"circle\"\nradius_mm = 6.5\n\
+                   [fit]\nfree = [\"tx\", \"ty\", \"tz\"]\n[tolerance]\npv_nm = 100\n";
+    std::fs::write(file("sphere.toml"), nominal).unwrap();
+    let report = |more: &[&str], out: &str| {
+        let mut command = Command::new(asphera());
+        command.arg("report").arg(file("centres.xyz")).args(["--unit", "mm", "--nominal"]);
+        command.arg(file("sphere.toml")).args(more).arg("--out").arg(file(out));
+        let output = command.output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let page = std::fs::read_to_string(file(out)).unwrap_or_else(|_| panic!("{said}"));
+        (output.status.code().unwrap(), page)
+    };
+    let ball = ["--tip-radius", "0.5", "--tip-u-radius", "0.0002", "--tip-centre"];
+    let (code, page) = report(&ball, "ball.html");
+    assert_eq!(code, 0, "the contacts are the sphere");
+    assert!(page.contains("radius of the ball tip"));
+    let (code, page) = report(&[], "bare.html");
+    assert_eq!(code, 10, "the centres are not");
+    assert!(!page.contains("radius of the ball tip"));
+}

@@ -7,12 +7,13 @@ use clap::Args;
 
 use super::exit::Exit;
 use super::face::{self, FaceArgs};
-use super::files::{measured, part, refuse};
+use super::files::{part, refuse, timed};
 use super::output::{Failure, print};
 use super::progress::Progress;
 use super::source::{Content, Source, source_or_volume_help};
 use super::summary::summary;
 use super::text::TextArgs;
+use super::tip::TipArgs;
 use asphera_measure::{Along, Measurement};
 use asphera_paper::{Provenance, SourceFile, html, qif};
 use asphera_report::Label;
@@ -38,6 +39,8 @@ pub(super) struct ReportArgs {
     /// them. none: they are meshed in space. auto: along z, and in space where they fold. Without it that of the recording, or z.
     #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
     along: Option<Along>,
+    #[command(flatten)]
+    tip: TipArgs,
     #[command(flatten)]
     face: FaceArgs,
     /// What was measured: name or drawing number, for the head of the report. It goes before that of the recording.
@@ -72,6 +75,7 @@ pub(super) fn run(args: &ReportArgs) -> Result<Exit, Failure> {
     let given = args.nominal.as_deref().map(part).transpose()?;
     let progress = Progress::start("report");
     if face::is_volume(&args.source)? {
+        args.tip.refuse("a volume holds values of cells")?;
         provenance.files = files_of_volume(args)?;
         let faces = face::measured(&args.source, &args.face, given, args.along, None, &progress)?;
         return deliver(args, &faces.first, &provenance, progress);
@@ -91,7 +95,9 @@ pub(super) fn run(args: &ReportArgs) -> Result<Exit, Failure> {
         provenance.date = origin.date.clone();
         provenance.instrument = origin.instrument.clone();
     }
-    let measurement = measured(part, source.along(args.along), &source, &progress)?;
+    let along = source.along(args.along);
+    let tip = args.tip.tip(&source, along)?;
+    let (measurement, _) = timed(part, (along, tip), &source, None, &progress)?;
     deliver(args, &measurement, &provenance, progress)
 }
 
