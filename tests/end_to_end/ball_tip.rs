@@ -102,6 +102,7 @@ fn a_report_of_a_file_knows_its_ball() {
     let (code, page) = report(&ball, "ball.html");
     assert_eq!(code, 0, "the contacts are the sphere");
     assert!(page.contains("radius of the ball tip"));
+    assert!(page.contains("by noise and the systematic errors below"));
     let (code, page) = report(&[], "bare.html");
     assert_eq!(code, 10, "the centres are not");
     assert!(!page.contains("radius of the ball tip"));

@@ -11,9 +11,16 @@ pub(super) fn of_uncertainty(
     known: &UncertaintyFigures,
     systematic: &[SystematicFigures],
 ) -> String {
+    let counts_systematic = systematic.iter().any(|one| one.not_counted.is_none());
+    let errors = match counts_systematic {
+        true => format!(
+            "{} and the systematic errors below",
+            known.model.replacen("noise only", "noise", 1)
+        ),
+        false => known.model.clone(),
+    };
     let mut text = format!(
-        "Uncertainty (k = 1) by {}. PV covers {}; noise makes {} {} nm of it. RMS covers {}. Noise of a point {} nm ({}).",
-        known.model,
+        "Uncertainty (k = 1) by {errors}. PV covers {}; noise makes {} {} nm of it. RMS covers {}. Noise of a point {} nm ({}).",
         known.pv_covers,
         if known.pv_at_most { "at most" } else { "about" },
         short(known.pv_bias_nm),
@@ -25,7 +32,7 @@ pub(super) fn of_uncertainty(
         text.push_str(&format!(" {draws} simulated measurements, seed {seed}."));
     }
     if known.model == UncertaintyFigures::NOISE_ONLY {
-        let beside = if systematic.is_empty() { "" } else { " beside the systematic ones below" };
+        let beside = if counts_systematic { " beside the systematic ones below" } else { "" };
         text.push_str(&format!(
             " It does not include errors correlated from point to point, nor those of the machine{beside}. State them in the table \
              [uncertainty] of the nominal file."
