@@ -1,4 +1,4 @@
-//! The cells of a volume, 64 at a time, those that are all inside or all outside skipped.
+//! The cells and edges of a volume, 64 at a time, those that are all inside or all outside skipped.
 
 use crate::Samples;
 
@@ -75,6 +75,45 @@ pub(crate) fn mixed_codes(
             let bit = bits.trailing_zeros() as usize;
             visit(word * 64 + group * 8 + bit, codes[bit]);
             bits &= bits - 1;
+        }
+    }
+}
+
+/// Calls `visit(direction, y, word, bits)` for every word of mixed edges of a slice: along x and y, or (`is_upward`) to the next slice.
+pub(crate) fn mixed_edges(
+    samples: &Samples,
+    z: usize,
+    is_upward: bool,
+    mut visit: impl FnMut(usize, usize, usize, u64),
+) {
+    let [_, ny, nz] = samples.size();
+    if is_upward && z > nz {
+        return;
+    }
+    for y in 0..ny + 2 {
+        let row = samples.row(y, z);
+        if is_upward {
+            for (word, (a, b)) in row.iter().zip(samples.row(y, z + 1)).enumerate() {
+                if a != b {
+                    visit(2, y, word, a ^ b);
+                }
+            }
+            continue;
+        }
+        for (word, &bits) in row.iter().enumerate() {
+            // The last bit of a row is the layer around the volume, so nothing is lost behind it.
+            let next = row.get(word + 1).map_or(0, |next| next << 63);
+            let mixed = bits ^ (bits >> 1 | next);
+            if mixed != 0 {
+                visit(0, y, word, mixed);
+            }
+        }
+        if y <= ny {
+            for (word, (a, b)) in row.iter().zip(samples.row(y + 1, z)).enumerate() {
+                if a != b {
+                    visit(1, y, word, a ^ b);
+                }
+            }
         }
     }
 }

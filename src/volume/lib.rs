@@ -18,6 +18,7 @@ mod blur;
 mod cell;
 mod cells;
 mod codes;
+mod cuts;
 mod decider;
 mod euler;
 mod fractions;

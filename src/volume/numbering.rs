@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use crate::Samples;
 use crate::cell::EDGES;
-use crate::cells::{mixed_codes, mixed_words};
-use crate::marching::{CellMesh, Cuts};
+use crate::cells::{mixed_codes, mixed_edges, mixed_words};
+use crate::cuts::{CellMesh, Cuts};
 
 /// What lies before a slice and the layer of cells above it. That behind the last one is all.
 #[derive(Clone, Copy, Debug, Default)]
@@ -87,45 +87,6 @@ fn counts(samples: &Samples, cuts: &impl Cuts, plain: &[Option<u8>; 256], z: usi
         });
     });
     Counts { edges, within_cells, triangles }
-}
-
-/// Calls `visit(direction, y, word, bits)` for every word of mixed edges of a slice: along x and y, or (`is_upward`) to the next slice.
-pub(crate) fn mixed_edges(
-    samples: &Samples,
-    z: usize,
-    is_upward: bool,
-    mut visit: impl FnMut(usize, usize, usize, u64),
-) {
-    let [_, ny, nz] = samples.size();
-    if is_upward && z > nz {
-        return;
-    }
-    for y in 0..ny + 2 {
-        let row = samples.row(y, z);
-        if is_upward {
-            for (word, (a, b)) in row.iter().zip(samples.row(y, z + 1)).enumerate() {
-                if a != b {
-                    visit(2, y, word, a ^ b);
-                }
-            }
-            continue;
-        }
-        for (word, &bits) in row.iter().enumerate() {
-            // The last bit of a row is the layer around the volume, so nothing is lost behind it.
-            let next = row.get(word + 1).map_or(0, |next| next << 63);
-            let mixed = bits ^ (bits >> 1 | next);
-            if mixed != 0 {
-                visit(0, y, word, mixed);
-            }
-        }
-        if y <= ny {
-            for (word, (a, b)) in row.iter().zip(samples.row(y + 1, z)).enumerate() {
-                if a != b {
-                    visit(1, y, word, a ^ b);
-                }
-            }
-        }
-    }
 }
 
 /// Numbers of the vertices of two slices, by direction and place.

@@ -2,8 +2,9 @@
 
 use crate::cell::EDGES;
 use crate::codes::facts;
+use crate::cuts::{CellMesh, Cuts};
 use crate::decider::{Joined, body_joins, joined_faces, surface_pieces};
-use crate::marching::{CellMesh, Cuts, Grey, marching_with};
+use crate::marching::{Grey, marching_with};
 use crate::table::{Ambiguity, Table, loops_of, triangulated};
 use crate::{Samples, Surface};
 

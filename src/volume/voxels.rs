@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::cells::{mixed_codes, mixed_words};
-use crate::numbering::mixed_edges;
+use crate::cells::{mixed_codes, mixed_edges, mixed_words};
 use crate::table::{Ambiguity, Table};
 use crate::{Samples, Surface};
 
