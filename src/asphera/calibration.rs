@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use std::str::FromStr as _;
 
 use asphera_calibrate::{Artefact, Calibration, Correction, HeightMap, Machine, Parameter, Term};
+use asphera_form::NM_PER_MM;
 use asphera_report::CalibrationFigures;
 use asphera_settings::{File, Problems, Section};
 use jiff::{SignedDuration, Timestamp};
@@ -195,8 +196,6 @@ fn heights(map: &Section<'_>) -> Option<(HeightMap, Vec<HeightMap>)> {
     let one = |term| HeightMap::new(radius_mm, vec![term]);
     Some((heights?, uncertain.into_iter().filter_map(one).collect()))
 }
-
-const NM_PER_MM: f64 = 1e6;
 
 const NS_PER_S: i64 = 1_000_000_000;
 

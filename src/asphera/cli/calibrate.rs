@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use asphera_calibrate::{
     Artefact, Axes, Calibration, Machine, Parameter, Pose, Settings, Term, calibrate,
 };
+use asphera_form::NM_PER_MM;
 use asphera_report::words::counted;
 use clap::{ArgGroup, Args};
 use serde::Serialize;
@@ -109,8 +110,6 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<Exit, Failure> {
     }
     Ok(Exit::Done)
 }
-
-const NM_PER_MM: f64 = 1e6;
 
 /// The machine, and each measurement with where the artefact lay.
 fn measured(args: &CalibrateArgs, progress: &Progress) -> Result<(Machine, Vec<Pose>), Failure> {

@@ -1,7 +1,6 @@
 //! Running figures without the points: sums at a fixed reference that merge.
 
 use crate::fit::method;
-use crate::fit::slant::Slant;
 use crate::live::classes::side;
 use crate::live::linearised::Linearised;
 use crate::live::reweighing::mean_uncertainty_mm;
@@ -51,8 +50,7 @@ impl Accumulator {
             return Err(LiveError::Reference { found: reference.method, expected });
         }
         let made_at = reference.used;
-        let direction = settings.uncertain_along;
-        let slant = direction.map(|along| Slant::new(along, &reference.nominal, &reference.pose));
+        let slant = settings.slant(&reference);
         let side = side(settings.grid.nx.max(settings.grid.ny));
         let unit_mm = mean_uncertainty_mm(&reference);
         let sums = Linearised::new(reference, slant, made_at, side, unit_mm, &settings);

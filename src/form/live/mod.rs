@@ -45,7 +45,8 @@ pub use accumulator::Accumulator;
 use thiserror::Error;
 
 use crate::deviation::NM_PER_MM;
-use crate::fit::{Estimate, FitSettings, method};
+use crate::fit::slant::Slant;
+use crate::fit::{Estimate, Fit, FitSettings, method};
 use crate::live::linearised::Linearised;
 use crate::live::succession::{CATCHES_UP, Upcoming};
 use crate::{
@@ -90,6 +91,11 @@ impl LiveSettings {
     /// Settings with a tolerance of 2e-4 on the way, and uncertainties along the normal.
     pub fn new(fit: FitSettings, grid: Grid) -> LiveSettings {
         LiveSettings { fit, grid, rank_tolerance: 2e-4, uncertain_along: None }
+    }
+
+    /// How the direction of the uncertainties stands on a fit; `None`: they are along the normal.
+    fn slant(&self, fit: &Fit) -> Option<Slant> {
+        self.uncertain_along.map(|along| Slant::new(along, &fit.nominal, &fit.pose))
     }
 
     fn validate(&self) -> Result<(), LiveError> {

@@ -80,8 +80,7 @@ impl Live {
 
     /// Makes an estimate the reference.
     fn follow(&mut self, place: &Place) {
-        let direction = self.settings.uncertain_along;
-        let slant = direction.map(|along| Slant::new(along, &place.fit.nominal, &place.fit.pose));
+        let slant = self.settings.slant(&place.fit);
         let u_mm = slant.as_ref().map(|slant| {
             let pairs = self.points.iter().zip(&self.uncertainties_mm);
             pairs.map(|(&point, u_mm)| slant.share(point) * u_mm).collect::<Vec<f64>>()
@@ -173,7 +172,7 @@ impl Live {
         let first = fit(points, nominal, settings)?;
         let u_mm = along_normal_mm(points, given_mm, direction, &first);
         let fit = fit_weighted(points, Some(&u_mm), nominal, settings)?;
-        let slant = Some(Slant::new(direction, &first.nominal, &first.pose));
+        let slant = self.settings.slant(&first);
         Ok(Fitted { fit, slant, unit_mm: Some(unit_mm(&u_mm)?) })
     }
 }

@@ -4,7 +4,6 @@
 //! use while the one that follows takes [`CATCHES_UP`] earlier points for each new one. It has all of them when half as many more
 //! have come, long before the next one is due. What it is at a number of points does not hang on how they were handed over.
 
-use crate::fit::slant::Slant;
 use crate::live::Live;
 use crate::live::linearised::{Linearised, Place};
 
@@ -20,8 +19,7 @@ impl Live {
     /// Begins a reference at an estimate, which follows the present one when it has all points. The present one has those
     /// before `new`, and goes on.
     pub(super) fn announce(&mut self, place: Place, new: usize) {
-        let direction = self.settings.uncertain_along;
-        let slant = direction.map(|along| Slant::new(along, &place.fit.nominal, &place.fit.pose));
+        let slant = self.settings.slant(&place.fit);
         let made_at = self.points.len();
         // Blocks and the uncertainty of a mean weight are those of a robust loss.
         let linearised = Linearised::new(place.fit, slant, made_at, 1, None, &self.settings);

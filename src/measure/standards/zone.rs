@@ -2,7 +2,7 @@
 
 use asphera_figures::{Definition, Figure};
 use asphera_form::{
-    Contact, FitSettings, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone,
+    Contact, FitSettings, NM_PER_MM, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone,
 };
 use asphera_report::error_chain;
 use asphera_report::standards::{ContactFigures, MinimumZoneFigures};
@@ -86,5 +86,3 @@ fn termination(found: &ZoneFit) -> String {
         }
     }
 }
-
-const NM_PER_MM: f64 = 1e6;

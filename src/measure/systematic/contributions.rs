@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use asphera_figures::{Definition, Statistic};
-use asphera_form::{Covariance, Nominal, Parameter};
+use asphera_form::{Covariance, NM_PER_MM, Nominal, Parameter};
 use asphera_geometry::vector::Vector;
 use asphera_report::SystematicFigures;
 use asphera_report::systematic::ContributionFigures;
@@ -222,4 +222,3 @@ fn root_sum(all: impl Iterator<Item = f64>) -> f64 {
 }
 
 const NO_FIT: &str = "the points moved by it have no fit";
-const NM_PER_MM: f64 = 1e6;

@@ -1,6 +1,7 @@
 //! The compensation in a report: its figures, and the cautions of the verdict.
 
 use asphera_figures::texture::{Mesh, hybrid_parameters};
+use asphera_form::NM_PER_MM;
 use asphera_geometry::PointMm;
 use asphera_report::{TipFigures, Verdict};
 
@@ -109,7 +110,6 @@ fn judge(solved: &Solved, figures: &TipFigures, verdict: &mut Verdict) {
     }
 }
 
-const NM_PER_MM: f64 = 1e6;
 /// Moves of contacts beyond this are worth a word.
 const SETTLED_NM: f64 = 1.0;
 /// Errors beyond this are worth a word.
