@@ -22,6 +22,7 @@ mod hull;
 mod insert;
 mod line;
 mod natural;
+mod numbering;
 mod places;
 mod queries;
 mod remove;
@@ -35,14 +36,12 @@ mod star;
 mod strip;
 mod wide;
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use asphera_geometry::VertexId;
 
 use self::blocks::Blocks;
 pub(crate) use self::cells::{Cells, FlatCells, GHOST, Side, Slot, next_slots};
-use self::editor::Editor;
 use self::hints::Hints;
 pub(crate) use self::hints::Layout;
 pub(crate) use self::places::{Places, Vertices};
@@ -169,63 +168,8 @@ impl<C: Cells> Delaunay<C> {
             .filter(|corners| corners[2] != GHOST)
     }
 
-    /// Takes the duplicates of the last batch out of `points`, and numbers the batch's vertices in
-    /// order of arrival. Returns the duplicates in order, each of the first to arrive in its place.
-    pub(crate) fn close_gaps(
-        &mut self,
-        points: &mut impl Vertices,
-        first: VertexId,
-    ) -> Vec<Duplicate> {
-        let mut duplicates = std::mem::take(&mut self.sheet.duplicates);
-        let mut firsts: BTreeMap<VertexId, VertexId> = BTreeMap::new();
-        for &Duplicate { point, of } in &duplicates {
-            let first = firsts.entry(of).or_insert(of);
-            *first = point.min(*first);
-        }
-        // Who was inserted first bears the number of who arrived first.
-        for duplicate in &mut duplicates {
-            let (inserted, arrived) = (duplicate.of, firsts[&duplicate.of]);
-            if duplicate.point == arrived {
-                duplicate.point = inserted;
-                self.relabel(points.places(), inserted, arrived);
-            }
-            duplicate.of = arrived;
-        }
-        duplicates.sort_unstable_by_key(|duplicate| duplicate.point);
-        let mut gaps = duplicates.iter().map(|duplicate| duplicate.point).peekable();
-        let first_gap = gaps.peek().copied().unwrap_or(first);
-        let mut filled = first_gap;
-        for vertex in first_gap..points.count() as VertexId {
-            if gaps.next_if_eq(&vertex).is_none() {
-                self.relabel(points.places(), vertex, filled);
-                points.copy(vertex, filled);
-                filled += 1;
-            }
-        }
-        points.shorten(points.count() - duplicates.len());
-        for index in 0..duplicates.len() {
-            // An earlier duplicate of the batch moved what comes after it.
-            let of = duplicates[index].of;
-            let before = duplicates.partition_point(|duplicate| duplicate.point < of);
-            duplicates[index].of -= before as VertexId;
-        }
-        duplicates
-    }
-
     /// Takes the triangles about a vertex for written.
     pub(crate) fn touch(&mut self, points: &(impl Places + ?Sized), vertex: VertexId) {
-        self.relabel(points, vertex, vertex);
-    }
-
-    /// Gives a vertex another number. Its point is still, or also, to be found at the old one.
-    fn relabel(&mut self, points: &(impl Places + ?Sized), from: VertexId, to: VertexId) {
-        let place = points.place(from);
-        match &mut self.sheet.plane {
-            None => self.sheet.line.relabel(place, to),
-            Some(plane) => {
-                let editor = Editor { points, cells: &self.cells, work: &mut self.sheet.work };
-                plane.recent = editor.relabel(place, from, to, plane.recent);
-            }
-        }
+        self.rename(points, [vertex; 2], None);
     }
 }
