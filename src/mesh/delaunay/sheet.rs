@@ -243,6 +243,9 @@ impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
         let is_worth_it = |inserter: &Self, points: usize| {
             inserter.editor.work.effort - before <= MOST_EFFORT * (points + more)
         };
+        if points.stride > 1 {
+            self.editor.start_line(points.count);
+        }
         if let Some(axis) = axis {
             // Where the first points lie inside the hull, the rest may still lie outside.
             let mut skipped = 0;

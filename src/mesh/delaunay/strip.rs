@@ -180,6 +180,14 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         if points < 2 * most { points } else { most }
     }
 
+    /// Takes note that another line of so many points starts, where lines arrived by turns. Of a long one few points are
+    /// tried first: a strip that sees all of the line beside it would take thousands of flips a point.
+    pub(super) fn start_line(&mut self, points: usize) {
+        if points > LONG_LINE {
+            self.work.strip.trust = 0;
+        }
+    }
+
     /// A ghost near a point: the one before which it lies or, inside the hull, one at the end of the
     /// strip that the point's run continues, if it does.
     fn hull_near(&self, run: Track, from: Slot) -> Option<Slot> {
@@ -530,6 +538,7 @@ const LONGEST_WIDE: usize = 2048;
 
 /// Points of the first strip, each next one being four times as long as long as flips are few.
 const FIRST_STRIP: usize = 64;
+const LONG_LINE: usize = 8 * FIRST_STRIP;
 const MOST_TRUST: u32 = 24;
 
 /// How many runs are inserted point by point at most before a strip is tried again.
