@@ -12,6 +12,7 @@
 
 use std::hint::select_unpredictable;
 
+use asphera_geometry::VertexId;
 use asphera_geometry::predicates::{Place, estimated_in_circle, estimated_orientation};
 
 use super::cells::{Cells, GHOST, Side, Slot};
@@ -224,7 +225,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     fn step(&self, place: Place, slot: Slot) -> Slot {
         let corners = self.cells.corners(slot);
         if corners.contains(&GHOST) {
-            return self.cells.across(Side::new(slot, 2)).slot();
+            return self.step_at_hull(place, slot, corners);
         }
         let [a, b, c] = corners.map(|corner| self.at(corner));
         let beyond = [(c, b), (a, c), (b, a)].map(|(p, q)| estimated_orientation(p, q, place).0);
@@ -233,6 +234,17 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         let index = select_unpredictable(beyond[last] > beyond[0], last, 0);
         let across = self.cells.across(Side::new(slot, index)).slot();
         select_unpredictable(beyond[index] > 0.0, across, slot)
+    }
+
+    /// The same from a ghost, or what was a triangle once: it stays where the place lies before it.
+    #[cold]
+    #[inline(never)]
+    fn step_at_hull(&self, place: Place, slot: Slot, [a, b, c]: [VertexId; 3]) -> Slot {
+        let is_before = || estimated_orientation(self.at(a), self.at(b), place).0 > 0.0;
+        if c == GHOST && a != GHOST && b != GHOST && is_before() {
+            return slot;
+        }
+        self.cells.across(Side::new(slot, 2)).slot()
     }
 
     /// Whether a triangle will, in all likelihood, have to make way for a place.

@@ -28,13 +28,29 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// Inserts a point, walking to it from a triangle.
     pub(super) fn insert(&mut self, vertex: VertexId, from: Slot) -> Placed {
         let place = self.at(vertex);
-        let found = self.find(place, self.inside(from), |_, _| true);
+        let found = if self.cells.is_ghost(from) && self.is_before(from, place) {
+            Some(from)
+        } else {
+            self.find(place, self.inside(from), |_, _| true)
+        };
         let home = found.expect("every triangle is one of all");
         if let Some(other) = self.corner_at(home, place) {
             return Placed::Occupied(other, home);
         }
         self.carve(place, home);
         Placed::New(self.fill(vertex))
+    }
+
+    /// Whether a ghost is in use, and a place lies before its side of the hull.
+    #[cold]
+    #[inline(never)]
+    fn is_before(&self, slot: Slot, place: Place) -> bool {
+        // Behind a ghost lies a triangle. What lies across a triangle's sides is in use.
+        let side = Side::new(slot, 2);
+        let behind = self.cells.across(side);
+        !self.cells.is_ghost(behind.slot())
+            && self.cells.across(behind) == side
+            && self.in_conflict(slot, place)
     }
 
     /// As [`Editor::locate_among`], for a place that is as a rule not far or near the point inserted last.

@@ -17,7 +17,7 @@ use super::editor::Editor;
 use super::halves::{Halves, Inserted};
 use super::places::Places;
 use super::sheet::Inserter;
-use crate::order::{by_place, ends_and_others, in_rounds};
+use crate::order::{by_place, ends_and_others, in_rounds, middles_and_others};
 
 impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
     /// Inserts points of the batch, given in order of arrival: the ends of what they trace, and the others in rounds, in
@@ -28,8 +28,17 @@ impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
         insert_all(self, &ends);
         let order = by_place(others.iter().map(|&index| self.place(index)));
         let order: Vec<usize> = order.into_iter().map(|at| others[at]).collect();
+        let mut takes_much = false;
         for round in in_rounds(&order) {
-            self.insert_round(&round);
+            let before = self.editor.work.effort;
+            if takes_much {
+                let [middles, others] = middles_and_others(&round);
+                self.insert_round(&middles);
+                self.insert_round(&others);
+            } else {
+                self.insert_round(&round);
+            }
+            takes_much = self.editor.work.effort - before > MOST_EFFORT * round.len();
         }
     }
 
@@ -94,6 +103,9 @@ impl<P: Places + ?Sized, C: Cells> Insert for Inserter<'_, P, C> {
         self.plane.recent = slot;
     }
 }
+
+/// Where a round took more a point, the next one is cut in two. In the middle of others points take 4.
+const MOST_EFFORT: usize = 5;
 
 /// How much wider than its points a table is made once they outgrew one.
 const ROOM: f64 = 1.5;
