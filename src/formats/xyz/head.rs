@@ -88,12 +88,25 @@ impl Name {
         Name { text: text.to_owned(), bare: bare.to_owned(), role: Role::of(bare), unit }
     }
 
+    /// Whether it is an angle of places in polar coordinates: `theta`, `phi_deg`.
+    pub(super) fn is_angle(&self) -> bool {
+        let first = self.bare.split(|letter: char| !letter.is_alphanumeric()).next();
+        let first = first.unwrap_or_default().to_lowercase();
+        ANGLES.contains(&first.as_str())
+    }
+
     /// Whether the user means this column by `word`: its name with or without its unit.
     pub(super) fn is_called(&self, word: &str) -> bool {
         let same = |name: &str| name.to_lowercase() == word.trim().to_lowercase();
         same(&self.text) || same(&self.bare)
     }
 }
+
+/// Names of angles about an axis.
+const ANGLES: [&str; 13] = [
+    "theta", "phi", "angle", "azimuth", "azimut", "polar", "rotation", "rotary", "alpha", "θ", "φ",
+    "ϕ", "c",
+];
 
 /// The names in a line of text as many columns as it takes, if some separator gives that many.
 pub(super) fn names(content: &str, columns: usize) -> Option<Vec<Name>> {
@@ -102,6 +115,11 @@ pub(super) fn names(content: &str, columns: usize) -> Option<Vec<Name>> {
         (words.len() == columns).then_some(words)
     });
     words.filter(|_| columns > 1).map(|words| words.iter().map(|word| Name::of(word)).collect())
+}
+
+/// The names in a line of text that a mark separates, if some mark gives as many columns.
+pub(super) fn marked_names(content: &str, columns: usize) -> Option<Vec<Name>> {
+    marked(content, columns).map(|words| words.iter().map(|word| Name::of(word)).collect())
 }
 
 /// The fields of a line that a mark separates, if some mark gives that many. One at the end makes no column.

@@ -275,6 +275,14 @@ fn by_names(line: usize, names: &[Name]) -> Result<Roles, ReadError> {
     };
     let [mut x, y, z] = [find(Role::X)?, find(Role::Y)?, find(Role::Z)?];
     if is_radial(names) {
+        if let Some(angle) = names.iter().find(|name| name.is_angle()) {
+            let found = format!(
+                "the columns {} are places by radius and angle ({})",
+                listed(),
+                short(&angle.text)
+            );
+            return Err(unclear(line, found, POLAR));
+        }
         // A profile of a figure of revolution: its radius is x.
         x = radius(names).map(|place| (Role::X, place));
     }
@@ -303,7 +311,7 @@ fn by_count(line: usize, width: usize, options: &TextOptions) -> Result<Roles, R
             Err(super::malformed(
                 line,
                 0,
-                "at least 2 columns: x, y, z, or of a profile x, z",
+                "at least 2 columns: x, y, z, or of a profile x, z (`--skip-lines` passes over lines before the points)",
                 found,
             ))
         }
@@ -394,6 +402,7 @@ pub(super) fn short(text: &str) -> String {
     if shown.len() < text.len() { format!("{shown}…") } else { shown }
 }
 
+const POLAR: &str = "write x = r·cos(angle) and y = r·sin(angle) in their place; of a profile at one angle add `--columns` with those of r and z, as 1,3";
 const COLUMNS: &str =
     "add `--columns` with the names or numbers of x, y and z, as 2,3,4; of a profile two, x and z";
 pub(super) const MATRIX: &str = "add `--pitch DX,DY` in mm and `--unit` of the heights, or `--columns` with those of x, y and z";

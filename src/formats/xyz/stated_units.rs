@@ -1,6 +1,6 @@
 //! The units of columns: by the head, by comments, by options, or mm where nothing says otherwise.
 
-use super::head::{Role, Said, Stated, remark};
+use super::head::{Role, Said, Stated, marked_names, remark};
 use super::layout::{By, Head, Line, Roles, Slot, TextOptions, short};
 use super::{Unit, unclear};
 use crate::ReadError;
@@ -13,7 +13,7 @@ pub(super) fn with_units(
     head: Option<&Head>,
     options: &TextOptions,
 ) -> Result<(Vec<Slot>, By), ReadError> {
-    let comments = Comments::of(before);
+    let comments = Comments::of(before, head);
     let count = roles.len();
     if options.units.len() > 1 && options.units.len() != count {
         let found = format!("{} units for {count} columns", options.units.len());
@@ -150,9 +150,15 @@ struct Comments {
 }
 
 impl Comments {
-    fn of(before: &[Line]) -> Comments {
+    /// Those of all lines but the head where marks separate its names: a unit behind one of these is of that column alone.
+    fn of(before: &[Line], head: Option<&Head>) -> Comments {
         let mut comments = Comments { of: Vec::new(), all: Vec::new(), doubtful: None };
-        for said in before.iter().flat_map(|line| remark(&line.text).said) {
+        let is_head = |line: &&Line| {
+            let names = marked_names(&line.text, head.map_or(0, |head| head.names.len()));
+            !line.is_comment && names.is_some() && names.as_ref() == head.map(|head| &head.names)
+        };
+        let lines = before.iter().filter(|line| !is_head(line));
+        for said in lines.flat_map(|line| remark(&line.text).said) {
             match said {
                 Said::Of(units) => comments.of.extend(units),
                 Said::All(unit) => comments.all.push(unit),

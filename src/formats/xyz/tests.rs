@@ -1,5 +1,6 @@
 //! Tests of the `.xyz` reader.
 
+mod ambiguous;
 mod heads;
 
 use proptest::prelude::*;
