@@ -133,6 +133,9 @@ test("places go from the part into the mesh and back", () => {
   const upright = new Frames({ tx_mm: 5, ty_mm: 6, tz_mm: 7, rx_rad: Math.PI / 2, ry_rad: 0, rz_rad: 0 }, plane);
   close(upright.toMesh([1, 2]), [6, 9]);
   close(upright.measuredToPart([6, 6, 9]), [1, 2]);
+  // Places of a section stand beside a map of the part frame, and their own frame was not named.
+  assert.equal(turned.name, "measured frame");
+  assert.equal(upright.name, "plane of projection");
 });
 
 test("regions are found whichever way their polygons are nested", () => {

@@ -85,7 +85,7 @@ impl StandardFigure for MinimumZoneFigures {
         ));
         let mut table = Table::new(&[
             ("border", Layout::Head),
-            ("at", Layout::Text),
+            ("at, measured frame", Layout::Text),
             ("share in holding it", Layout::Number),
         ]);
         table.rows.extend(self.contacts.iter().map(|contact| {

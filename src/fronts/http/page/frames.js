@@ -26,6 +26,11 @@ export class Frames {
     return new Frames(form?.fit.pose, mesh?.projection?.plane);
   }
 
+  /** The name of the frame of the mesh. */
+  get name() {
+    return this.#plane ? "plane of projection" : "measured frame";
+  }
+
   /** A place of the part in the frame of the mesh. */
   toMesh([x, y]) {
     return this.#axes.map((row, i) => row[0] * x + row[1] * y + this.#shift[i]);

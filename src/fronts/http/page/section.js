@@ -54,6 +54,7 @@ export class SectionView {
     if (snapshot.session?.id !== this.#snapshot?.session?.id) this.#profile.show(null);
     this.#snapshot = snapshot;
     this.#frames = Frames.of(snapshot);
+    setText(byId("section-frame"), this.#frames.name);
     this.#showKinds(Boolean(snapshot.mesh.reconstruction));
     if (!this.#chosen) this.#acrossMap();
   }
