@@ -28,6 +28,11 @@ impl SlopeSettings {
         self.integration_mm
     }
 
+    /// The integration length in words, to 0.1 µm: `over 1 mm`.
+    pub fn scope(&self) -> String {
+        format!("over {} mm", (self.integration_mm * 1e4).round() / 1e4)
+    }
+
     /// The sampling step in mm.
     pub fn step_mm(&self) -> f64 {
         self.step_mm

@@ -192,17 +192,18 @@ impl FormDetails {
         }
     }
 
-    /// Slopes over the length that the nominal file states, else over a twentieth of the aperture's width: ISO
-    /// 10110-12 leaves it to the drawing.
+    /// Slopes over the length that the nominal file states for figures, else for limits, else over a twentieth of the
+    /// aperture's width: ISO 10110-12 leaves it to the drawing.
     fn slopes(&mut self, sample: &Sample, part: &Part, noise_nm: Option<f64>) {
-        let Some(settings) = part.figures.slope_over(&part.aperture, sample.radius_mm()) else {
+        let of_limit = part.limits().iter().find_map(|limit| limit.slope);
+        let twentieth = || part.figures.slope_over(&part.aperture, sample.radius_mm());
+        let Some(settings) = part.figures.slope.or(of_limit).or_else(twentieth) else {
             return self.lacks("slopes", &Unknown::OnePlace);
         };
         match slopes(sample, settings) {
             Ok(found) => {
-                let over = format!("over {} mm", (settings.integration_mm() * 1e4).round() / 1e4);
+                let over = settings.scope();
                 self.unknown.extend(stations::missing(&found, sample));
-                let of_limit = part.limits().iter().find_map(|limit| limit.slope);
                 self.slopes_missing = of_limit.and_then(|of_limit| match of_limit == settings {
                     true => stations::missing(&found, sample),
                     false => stations::missing(&slopes(sample, of_limit).ok()?, sample),

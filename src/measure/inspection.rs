@@ -17,7 +17,7 @@ use super::deviation_map::DeviationMap;
 use super::errors::{Errors, ErrorsOfFigures};
 use super::figures::{self, Ingredients};
 use super::fitting::{Fitted, NoFit};
-use super::judged::{self, AllJudged, Sure, of_zones};
+use super::judged::{self, AllJudged, Sure, of_narrow_limits};
 use super::judgement::{Deviating, Plain, judge, plainly};
 use super::removal::cells_of;
 use super::standards::{self, Measured};
@@ -114,7 +114,8 @@ impl Inspection<'_> {
         begin(Step::Defects);
         let features = self.features(made.is_some());
         begin(Step::Verdict);
-        let zones = of_zones(&judged);
+        let known = details.as_ref().map_or(&[][..], |details| &details.figures);
+        let narrow = of_narrow_limits(&judged, known);
         let hidden = unmeasured_of_design.as_ref().unwrap_or(&unmeasured);
         let guard = part.judging.guard.filter(|_| assessed.is_some());
         let mut compared = judged::verdict(part, guard, judged, [&unmeasured, hidden]);
@@ -125,7 +126,7 @@ impl Inspection<'_> {
         let verdict = judge(compared, part, mesh, self.fitted, &look.mesh, &look.sampling);
         let parts = made.zip(details).zip(sources);
         let form = parts.map(|(((fitted, found), mut details), sources)| {
-            details.figures.extend(zones);
+            details.figures.extend(narrow);
             details.unknown.extend(sources.unknown.iter().cloned());
             if heights.is_none() {
                 let why = "uncertainties: the noise of the points is not known";

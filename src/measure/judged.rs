@@ -25,12 +25,14 @@ pub(super) struct Judged<'a> {
 /// The limits of a part, or why none of them can be judged.
 pub(super) type AllJudged<'a> = Result<Vec<Judged<'a>>, String>;
 
-/// Figures of limits over parts of the aperture.
-pub(super) fn of_zones(all: &AllJudged<'_>) -> Vec<FormFigure> {
+/// Figures of limits over a length, a part of the aperture or with terms removed, but for those that `known` has.
+pub(super) fn of_narrow_limits(all: &AllJudged<'_>, known: &[FormFigure]) -> Vec<FormFigure> {
     let figure = |one: &Judged<'_>| {
         let found = one.found.as_ref().ok()?;
-        let figure = naming::of_zone(one.limit, found.value)?;
-        Some(FormFigure { u: found.u, ..figure })
+        let figure = naming::of_narrow_limit(one.limit, found.value)?;
+        let is_same =
+            |other: &FormFigure| (&other.id, &other.variant) == (&figure.id, &figure.variant);
+        (!known.iter().any(is_same)).then_some(FormFigure { u: found.u, ..figure })
     };
     all.iter().flatten().filter_map(figure).collect()
 }

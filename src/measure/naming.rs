@@ -44,11 +44,20 @@ pub(super) fn figure(Figure { definition, value }: Figure, variant: String) -> F
     }
 }
 
-/// The figure of a limit over a part of the aperture; `None` over all of it.
-pub(super) fn of_zone(limit: &Limit, value: f64) -> Option<FormFigure> {
-    let Aperture::Annulus { inner_mm, outer_mm } = limit.zone else { return None };
+/// The figure of a limit that names a length, a part of the aperture or terms removed; `None` of the whole deviation.
+pub(super) fn of_narrow_limit(limit: &Limit, value: f64) -> Option<FormFigure> {
+    let terms = limit.less.list();
+    let part = match limit.zone {
+        Aperture::Annulus { inner_mm, outer_mm } => {
+            Some(format!("from {inner_mm} to {outer_mm} mm"))
+        }
+        _ => (!terms.is_empty()).then(|| without(&terms)),
+    };
+    let over = limit.slope.map(|slope| slope.scope());
+    let variant = over.into_iter().chain(part).reduce(|one, other| format!("{one}, {other}"))?;
+    let removed = terms.iter().map(ToString::to_string).collect();
     let found = Figure { definition: limit.definition, value };
-    Some(figure(found, format!("from {inner_mm} to {outer_mm} mm")))
+    Some(FormFigure { removed, ..figure(found, variant) })
 }
 
 /// A figure of a deviation over the whole aperture, with its uncertainty where that is known.

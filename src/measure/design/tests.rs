@@ -155,11 +155,14 @@ fn no_limit_passes_without_a_word_where_the_shape_is_free() {
         let (checks, of_held) = (&free.report.verdict.checks, &held.report.verdict.checks);
         assert_eq!(checks.len(), limits.len() + 1, "{name}: {:?}", free.report.verdict.reasons);
         for (check, held) in checks.iter().zip(of_held) {
-            assert_eq!(held.figure.scope, None, "{name}: {held:?}");
+            let of_slope = check.figure.unit == "µrad";
+            let over = of_slope.then_some("over 1 mm");
+            assert_eq!(held.figure.scope.as_deref(), over, "{name}: {held:?}");
             let of_design = FIGURES.contains(&&check.figure.symbol[..]);
             let scope = match &check.figure.id[..] {
                 // Filters take off the shape: there is no design of a texture.
                 "sq" => None,
+                _ if of_slope => Some("over 1 mm, about the fitted shape"),
                 _ if of_design => Some("against the design"),
                 _ => Some("about the fitted shape"),
             };

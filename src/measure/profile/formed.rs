@@ -11,7 +11,7 @@ use crate::Part;
 use crate::details::places_mm;
 use crate::figures::{self, Ingredients};
 use crate::fitting::{Fitted, NoFit};
-use crate::judged::{AllJudged, Sure, of_zones};
+use crate::judged::{AllJudged, Sure, of_narrow_limits};
 use crate::systematic::{Contributions, Moving, Systematic};
 use crate::uncertainties::{self, Assessed};
 use crate::unmeasured::Unmeasured;
@@ -49,7 +49,8 @@ impl Formed<'_> {
         let (sources, lacks) =
             sources(judged, fitted, (points, deviations_mm), by_budget, profile.turned);
         let sources = sources.with_systematic(fitted, systematic);
-        details.figures.extend(of_zones(limits));
+        let narrow = of_narrow_limits(limits, &details.figures);
+        details.figures.extend(narrow);
         details
             .unknown
             .extend(lacks.map(str::to_owned).into_iter().chain(sources.unknown.iter().cloned()));

@@ -199,3 +199,47 @@ fn values_do_not_hang_on_whether_their_uncertainty_is_asked_for() {
     };
     assert_eq!((zones(&plain), zones(&asked)), (3, 3));
 }
+
+/// Each check of a verdict is a figure of the report, with one value. Slopes of limits were formed over another length than those of
+/// the report, and RMS with terms removed stood in the report by area alone.
+#[test]
+fn what_a_limit_holds_is_a_figure_of_the_report() {
+    let limits = "[tolerance]\npv_nm = 90\nrms_nm = 40\nslope_max_urad = 90\nslope_rms_urad = 90\ngradient_max_urad = 90\n\
+                  gradient_rms_urad = 90\nslope_over_mm = 0.4\nslope_step_mm = 0.2\nrmsi_nm = 40\n\
+                  [[tolerance.zone]]\nouter_mm = 2\nrms_nm = 40\nslope_max_urad = 90\n\
+                  [[tolerance.less]]\nterms = [\"astigmatism\"]\nrms_nm = 9\npvr_nm = 40\n\
+                  [[tolerance.less]]\nterms = [\"piston\", \"tilt\"]\npv_nm = 90\nrms_nm = 40\n";
+    let meridional = |measurement: &Measurement| -> Vec<String> {
+        let figures = form(measurement).figures.iter().filter(|figure| figure.id == "slope_max");
+        figures.map(|figure| figure.variant.clone()).collect()
+    };
+    for (figures, lengths) in [
+        ("", vec!["over 0.4 mm", "over 0.4 mm, from 0 to 2 mm"]),
+        (
+            "[figures]\nslope_length_mm = 1\n",
+            vec!["over 1 mm", "over 0.4 mm", "over 0.4 mm, from 0 to 2 mm"],
+        ),
+    ] {
+        let measurement = measured(&format!("{limits}{figures}"));
+        let checks = &measurement.report.verdict.checks;
+        assert_eq!(checks.len(), 13, "{checks:?}");
+        for check in checks {
+            let of_report = form(&measurement).figures.iter();
+            let same = of_report.filter(|figure| {
+                figure.id == check.figure.id && (figure.value / check.value - 1.0).abs() < 1e-12
+            });
+            assert!(same.count() > 0, "{check:?}: {:#?}", form(&measurement).figures);
+            let is_slope = check.figure.unit == "µrad";
+            let says_over = check.figure.words().contains("over 0.4 mm");
+            assert_eq!(is_slope, says_over, "{}", check.figure.words());
+        }
+        assert_eq!(meridional(&measurement), lengths);
+        // No figure stands twice in the report.
+        let of_report = &form(&measurement).figures;
+        let mut keys: Vec<(&str, &str)> =
+            of_report.iter().map(|figure| (&figure.id[..], &figure.variant[..])).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        assert_eq!(keys.len(), of_report.len());
+    }
+}

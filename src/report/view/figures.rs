@@ -97,8 +97,12 @@ pub(crate) fn known_of(figure: &FormFigure) -> String {
 
 /// One row a set of terms removed, one column a figure.
 fn with_terms_removed(figures: &[&FormFigure]) -> Table {
-    let mut sets: Vec<&[String]> = figures.iter().map(|figure| &figure.removed[..]).collect();
-    sets.dedup();
+    let mut sets: Vec<&[String]> = Vec::new();
+    for figure in figures {
+        if !sets.contains(&&figure.removed[..]) {
+            sets.push(&figure.removed);
+        }
+    }
     let mut columns: Vec<(&str, &str)> = Vec::new();
     for figure in figures {
         if !columns.iter().any(|(id, _)| *id == figure.id) {

@@ -163,16 +163,18 @@ impl Limit {
         }
     }
 
-    /// The part of the aperture or the terms removed, in words: `from 0-4.5 mm`, `with piston removed`; `None` of the whole
-    /// deviation.
+    /// The length of slopes, the part of the aperture or the terms removed, in words: `over 1 mm`, `from 0-4.5 mm`, `with
+    /// piston removed`; `None` of other figures of the whole deviation.
     pub fn scope(&self) -> Option<String> {
-        match self.zone {
+        let part = match self.zone {
             Aperture::Annulus { inner_mm, outer_mm } => {
                 Some(format!("from {inner_mm}-{outer_mm} mm"))
             }
             _ if self.less == Terms::NONE => None,
             _ => Some(format!("with {} removed", self.less)),
-        }
+        };
+        let over = self.slope.map(|slope| slope.scope());
+        over.into_iter().chain(part).reduce(|one, other| format!("{one}, {other}"))
     }
 
     fn check_value(&self) -> Result<(), LimitError> {
