@@ -35,7 +35,7 @@ mod tests;
 pub use slice_reader::{MAX_SLICED, OpenFile, SliceReader, Stored};
 pub use write::write_nrrd;
 
-use crate::{Format, Place, ReadError};
+use crate::{Format, Place, ReadError, zemax};
 
 /// Most samples of a volume that are read, 2³¹.
 pub const MAX_SAMPLES: u64 = 1 << 31;
@@ -252,7 +252,10 @@ fn samples_without_header(
 ) -> Result<Volume, ReadError> {
     let extension =
         name.rsplit_once('.').map_or("", |(_, extension)| extension).to_ascii_lowercase();
-    let none = || ReadError::NoVolume { name: name.into(), start: crate::error::quoted(bytes) };
+    let none = || match zemax::is_zemax(bytes) {
+        true => ReadError::Lens { name: name.into() },
+        false => ReadError::NoVolume { name: name.into(), start: crate::error::quoted(bytes) },
+    };
     if !["raw", "vol", "bin"].contains(&extension.as_str()) {
         return Err(none());
     }

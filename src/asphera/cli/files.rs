@@ -21,10 +21,14 @@ use asphera_nominal::{bytes_of, text_of};
 
 /// What a nominal file says.
 pub(super) fn part(path: &Path) -> Result<Part, Failure> {
+    Ok(asphera_nominal::parse(&path.display().to_string(), &toml_text(path)?)?)
+}
+
+/// The text of a TOML file. A lens file and text in UTF-16 are refused as what they are.
+pub(super) fn toml_text(path: &Path) -> Result<String, Failure> {
     let name = path.display().to_string();
-    let text = text_of(&name, read(path)?)
-        .map_err(|found| format!("{name}: expected {TOML}, found {found}"))?;
-    Ok(asphera_nominal::parse(&name, &text)?)
+    let text = text_of(&name, read(path)?);
+    Ok(text.map_err(|found| format!("{name}: expected {TOML}, found {found}"))?)
 }
 
 /// Fails where the nominal asks for weights by uncertainty and a point of the source has none.

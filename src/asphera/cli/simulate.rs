@@ -13,6 +13,7 @@ use clap::{ArgGroup, Args};
 
 use super::Speed;
 use super::exit::Exit;
+use super::files::toml_text;
 use super::output::{Failure, print, say};
 use super::serve::{block_on, interrupted};
 use playback::Playback;
@@ -53,8 +54,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Exit, Failure> {
 
 fn bench(rig: &Path, args: &SimulateArgs) -> Result<Exit, Failure> {
     let name = rig.display().to_string();
-    let text =
-        std::fs::read_to_string(rig).map_err(|error| format!("cannot read {name}: {error}"))?;
+    let text = toml_text(rig)?;
     if is_station(&text) {
         return block_on(simulate(rig, &args.part, args.station.as_deref()));
     }

@@ -135,6 +135,12 @@ fn claimed_sizes_are_refused_or_found_short() {
     assert!(message(b"X: -1\nY: 2\nZ: 2\n.\n").contains("found \"-1\""));
     assert!(message(b"NRRD0004\ntype: block\n\n").starts_with("NRRD file"));
     assert!(message(b"what").starts_with("a: expected a volume, .vol, NRRD"));
+    let lens = "VERS 140124 258\r\nMODE SEQ\r\nSURF 0\r\n  TYPE STANDARD\r\n";
+    let utf16: Vec<u8> =
+        "\u{feff}".chars().chain(lens.chars()).flat_map(|c| (c as u16).to_le_bytes()).collect();
+    for bytes in [lens.as_bytes(), &utf16] {
+        assert!(message(bytes).starts_with("a: a Zemax lens file, which holds surfaces"));
+    }
 }
 
 /// A file that is cut anywhere is refused or gives the same; one with any byte changed is read or refused, without a panic.
