@@ -178,13 +178,11 @@ async fn a_link_that_never_opens_ends_the_session_where_that_is_wanted() {
     assert_eq!(&again.report, report);
 }
 
-#[tokio::test]
-async fn a_link_to_another_device_says_what_came() {
-    let folder = tempfile::tempdir().unwrap();
+/// A GPS receiver at an address of its own.
+async fn gps_receiver() -> (std::net::SocketAddr, tokio::task::JoinHandle<()>) {
     let listening = tokio::net::TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
     let address = listening.local_addr().unwrap();
     let receiver = tokio::spawn(async move {
-        // A GPS receiver at the address of the probe.
         while let Ok((mut socket, _)) = listening.accept().await {
             tokio::spawn(async move {
                 while socket.write_all(b"$GPGGA,123519,4807.038,N,01131.000,E\r\n").await.is_ok() {
@@ -193,6 +191,36 @@ async fn a_link_to_another_device_says_what_came() {
             });
         }
     });
+    (address, receiver)
+}
+
+/// The verdict of a session with another device at the address of the probe says that bytes came.
+#[tokio::test]
+async fn a_session_with_another_device_says_what_came() {
+    let folder = tempfile::tempdir().unwrap();
+    let (address, receiver) = gps_receiver().await;
+    let recordings = folder.path().to_str().unwrap();
+    let config = station(&address.to_string(), recordings, "idle_s = 0.5\nfirst_s = 1.0");
+    let mut station = Station::start(config).unwrap();
+    station.handle().session(Command::Start).await.unwrap();
+    let finished =
+        timeout(Duration::from_secs(60), station.closed()).await.unwrap().unwrap().finished;
+    let report = &finished.measurement.report;
+    let is_said = |reason: &String| {
+        reason.starts_with("no trigger came: probe sent ")
+            && reason.ends_with(" bytes and no telegram: wrong device or baud rate?")
+    };
+    assert!(report.verdict.reasons.iter().any(is_said), "{:?}", report.verdict);
+    let mut again = crate::replay::replay(finished.recording.as_ref().unwrap(), |_| {}).unwrap();
+    again.report.timing = report.timing.clone();
+    assert_eq!(&again.report, report);
+    receiver.abort();
+}
+
+#[tokio::test]
+async fn a_link_to_another_device_says_what_came() {
+    let folder = tempfile::tempdir().unwrap();
+    let (address, receiver) = gps_receiver().await;
     let config = station(&address.to_string(), folder.path().to_str().unwrap(), "");
     let station = Station::start(config).unwrap();
     let mut snapshots = station.handle().watch();

@@ -14,6 +14,11 @@ impl Heard {
         self.printable += bytes.iter().filter(is_text).count() as u64;
     }
 
+    /// Counts bytes between the frames of an adapter: they are not held any more, so nothing is known of their kind.
+    pub(super) fn discard(&mut self, bytes: u64) {
+        self.bytes += bytes;
+    }
+
     /// "890 bytes of text, no telegram: wrong device or baud rate?"; `None` where nothing came.
     pub(super) fn words(self) -> Option<String> {
         if self.bytes == 0 {

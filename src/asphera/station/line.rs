@@ -312,6 +312,9 @@ impl Line {
                 Piece::Discarded { bytes, why } => {
                     self.figures.discarded_bytes += bytes;
                     self.discarded_runs += 1;
+                    if why.is_none() && !self.devices.iter().any(|device| device.online) {
+                        self.heard.discard(bytes);
+                    }
                     self.last_error = why.or(self.last_error.take());
                 }
                 Piece::Trouble(words) => self.last_error = Some(words),

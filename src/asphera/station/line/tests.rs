@@ -229,6 +229,30 @@ fn an_adapter_that_listens_only_is_opened_so() {
     assert!(line.last_error().unwrap().starts_with("the adapter gave a CAN FD frame"));
 }
 
+/// Text of another device says that no adapter is there; answers of an adapter say nothing of the devices behind it.
+#[test]
+fn what_is_no_adapter_says_what_came() {
+    let bit_rate = asphera_slcan::BitRate::Kbps500;
+    let slcan = || {
+        let mut line = line(Framing::Slcan {
+            bit_rate,
+            data_bit_rate: None,
+            listen_only: false,
+            timestamps: false,
+        });
+        opened(&mut line, 0, 1);
+        line
+    };
+    let mut console = slcan();
+    received(&mut console, 1, &b"login: hello world\r\n".repeat(20));
+    // The line feed at the end may begin something.
+    let said = console.with_heard("node 6 did not answer");
+    assert_eq!(said, "node 6 did not answer (399 bytes, no telegram: wrong device or baud rate?)");
+    let mut adapter = slcan();
+    received(&mut adapter, 1, b"\r\r\r\r");
+    assert_eq!(adapter.with_heard("node 6 did not answer"), "node 6 did not answer");
+}
+
 /// A device that reads CAN FD gets both kinds from each link that carries them; beside it, one that does not gets the classic ones.
 #[test]
 fn fd_frames_go_to_those_that_read_them() {
