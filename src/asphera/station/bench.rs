@@ -410,7 +410,7 @@ impl Bench {
 
     /// No more readings will come: gives up what still waits.
     pub fn flush(&mut self) {
-        self.joiner.flush(&mut self.joined);
+        self.joiner.flush(self.now, &mut self.joined);
         self.emit();
     }
 

@@ -73,10 +73,10 @@ impl Joiner {
         }
     }
 
-    /// No more readings will come.
-    pub(super) fn flush(&mut self, out: &mut Vec<Record>) {
+    /// After `now` no more readings will come.
+    pub(super) fn flush(&mut self, now: Nanos, out: &mut Vec<Record>) {
         match self {
-            Joiner::Count { synchronizer, .. } => synchronizer.flush(out),
+            Joiner::Count { synchronizer, .. } => synchronizer.flush(now, out),
             Joiner::Time { joiner, joined } => {
                 joiner.flush(joined);
                 out.extend(joined.drain(..).map(record));

@@ -239,10 +239,10 @@ impl Synchronizer {
         self.release(now, out);
     }
 
-    /// Gives up everything that still waits: no more readings will come.
-    pub fn flush(&mut self, out: &mut Vec<Record>) {
+    /// Gives up everything that still waits: after `now` no more readings will come.
+    pub fn flush(&mut self, now: Nanos, out: &mut Vec<Record>) {
         for stream in 1..self.streams.len() {
-            self.settle(stream);
+            self.settle(stream, now);
         }
         while let Some((count, slot)) = self.pending.pop_first() {
             self.emit(count, slot, out);
@@ -306,20 +306,25 @@ impl Synchronizer {
         }
     }
 
-    /// The scan is over: both devices saw the same last trigger, or a cycle is missing.
-    fn settle(&mut self, stream: usize) {
+    /// The scan is over. Where nothing was on its way any more, both devices saw the same last trigger, or a cycle is
+    /// missing.
+    fn settle(&mut self, stream: usize, now: Nanos) {
         let primary = self.streams[0].unwrapper.latest();
         let modulus = self.cycle(stream);
         let slow = self.tells_cycle(stream);
         let paced = self.settings.paced;
+        let drained = DRAINED.min(self.settings.wait);
         let companion = &mut self.streams[stream];
         let doubted = companion.unsettled || (slow && companion.gate != Gate::Open);
         let Some((primary, own)) = primary.zip(companion.unwrapper.latest()) else { return };
         let apart = primary.0.abs_diff(own.0) >= u64::from(modulus / 2);
         // The last counts can be compared where both were seen to the same end. Host times tell whether they
         // were; where those say nothing, only counts that are the same show it, and no others are believed.
+        // A scan may be stopped while it runs: at a high rate more than half a cycle is on its way then.
+        let still = now.since(primary.1.max(own.1)) >= drained;
         let together = if paced {
-            primary.1.since(own.1).max(own.1.since(primary.1)) <= LATENCY
+            let near = primary.1.since(own.1).max(own.1.since(primary.1)) <= LATENCY;
+            near && (slow || still)
         } else {
             apart || primary.0 == own.0
         };

@@ -27,6 +27,9 @@ fn armed(settings: SyncSettings) -> Synchronizer {
     sync
 }
 
+/// All links have been silent for long.
+const LONG_AFTER: Nanos = Nanos::from_millis(3_600_000);
+
 fn at(trigger: u64) -> Nanos {
     Nanos::from_nanos(trigger * 250_000)
 }
@@ -89,7 +92,7 @@ fn cycles_lost_on_an_open_link_are_found_and_never_joined_wrongly() {
             sync.take(1, reading(1, trigger, at(trigger)), &mut out);
         }
     }
-    sync.flush(&mut out);
+    sync.flush(LONG_AFTER, &mut out);
     assert_eq!(out.len(), 20_000);
     let joined: Vec<_> = out.iter().filter(|record| record.flags.is_empty()).collect();
     joined.iter().for_each(|record| assert_joined(record));
@@ -120,7 +123,7 @@ fn a_host_that_was_held_up_joins_everything() {
                 sync.take(stream, reading(stream, trigger, at(trigger)), &mut out);
             }
         }
-        sync.flush(&mut out);
+        sync.flush(LONG_AFTER, &mut out);
         assert_eq!(out.len(), 10_000);
         out.iter().for_each(|record| assert!(record.flags.is_empty()));
         out.iter().for_each(assert_joined);
@@ -137,8 +140,29 @@ fn a_cycle_lost_beyond_all_rates_shows_at_the_end() {
             sync.take(1, reading(1, trigger, Nanos::ZERO), &mut out);
         }
     }
-    sync.flush(&mut out);
+    sync.flush(LONG_AFTER, &mut out);
     assert_eq!(sync.counts().nth(1).unwrap().slips, 1);
+}
+
+/// At 16 kHz one link may be 166 triggers, 10 ms, behind the other when an operator stops the scan. That is no lost cycle; the
+/// same is one where both have been silent since.
+#[test]
+fn a_scan_that_is_stopped_at_full_rate_lost_no_cycle() {
+    for (now_ms, slips) in [(251, 0), (351, 1)] {
+        let mut sync = armed(settings());
+        let fast = |trigger: u64| Nanos::from_nanos(trigger * 62_500);
+        let mut out = Vec::new();
+        for trigger in 0..4_000 {
+            sync.take(0, reading(0, trigger, fast(trigger)), &mut out);
+            if let Some(late) = trigger.checked_sub(166) {
+                sync.take(1, reading(1, late, fast(trigger)), &mut out);
+            }
+        }
+        sync.flush(Nanos::from_millis(now_ms), &mut out);
+        let joined = out.iter().filter(|record| record.flags.is_empty());
+        assert_eq!(joined.inspect(|record| assert_joined(record)).count(), 3_834);
+        assert_eq!(sync.counts().nth(1).unwrap().slips, slips, "at {now_ms} ms");
+    }
 }
 
 /// A bench that waits for its host, on a host that is busy: one link is hundreds of triggers ahead of the other
@@ -159,7 +183,7 @@ fn without_a_pace_no_link_is_suspected_for_being_late() {
                 sync.take(second, reading(second, trigger - 700, at(trigger)), &mut out);
             }
         }
-        sync.flush(&mut out);
+        sync.flush(LONG_AFTER, &mut out);
         assert_eq!(out.len(), 20_000);
         let slips = sync.counts().nth(1).unwrap().slips;
         if paced {
@@ -188,7 +212,7 @@ fn a_loss_without_a_pace_is_never_joined_on_a_guess() {
                 sync.take(1, reading(1, trigger, late), &mut out);
             }
         }
-        sync.flush(&mut out);
+        sync.flush(LONG_AFTER, &mut out);
         let joined = out.iter().filter(|record| record.flags.is_empty());
         if lost % 240 == 0 {
             // What left no trace in the counts shows at the end.
@@ -218,7 +242,7 @@ fn a_device_that_comes_late_to_a_fast_scan_is_not_joined_on_a_guess() {
             sync.take(1, reading(1, trigger, fast(trigger)), &mut out);
         }
     }
-    sync.flush(&mut out);
+    sync.flush(LONG_AFTER, &mut out);
     assert_eq!(out.len(), 50_000);
     assert!(out.iter().all(|record| record.flags == Flags::UNJOINED));
     assert_eq!(sync.counts().nth(1).unwrap().ambiguous, 30_000);
@@ -232,7 +256,7 @@ fn counters_that_were_not_reset_are_not_joined_and_cost_nothing_that_was_not_los
         sync.take(0, reading(0, 5_000 + trigger, at(trigger)), &mut out);
         sync.take(1, reading(1, 56 + trigger, at(trigger)), &mut out);
     }
-    sync.flush(&mut out);
+    sync.flush(LONG_AFTER, &mut out);
     assert_eq!(sync.unreset(), Some(5_000));
     assert!(out.iter().all(|record| record.flags == Flags::UNJOINED));
     assert_eq!(sync.counts().next().unwrap().lost, 0);
@@ -251,7 +275,7 @@ fn a_loss_beyond_all_rates_is_never_joined_on_a_guess() {
                 sync.take(1, reading(1, trigger, fast(trigger)), &mut out);
             }
         }
-        sync.flush(&mut out);
+        sync.flush(LONG_AFTER, &mut out);
         let joined = out.iter().filter(|record| record.flags.is_empty());
         assert_eq!(
             joined.clone().inspect(|record| assert_joined(record)).count() > 6_000,
@@ -269,7 +293,7 @@ fn suspect_readings_are_not_counted_twice() {
         let flags = if trigger % 10 == 5 { Flags::SUSPECT } else { Flags::empty() };
         sync.take(0, Reading { flags, ..reading(0, trigger, at(trigger)) }, &mut out);
     }
-    sync.flush(&mut out);
+    sync.flush(LONG_AFTER, &mut out);
     assert_eq!(out.len(), 100);
     assert_eq!(sync.counts().next().unwrap().lost, 0);
 }
@@ -305,7 +329,7 @@ fn wait_is_bounded_in_number_too() {
     let mut out = Vec::new();
     (0..100).for_each(|trigger| sync.take(0, reading(0, trigger, at(0)), &mut out));
     assert!(sync.pending() <= 10);
-    sync.flush(&mut out);
+    sync.flush(LONG_AFTER, &mut out);
     assert_eq!(out.len(), 100);
     assert!(out.iter().all(|record| record.flags == Flags::UNJOINED));
 }
@@ -364,7 +388,7 @@ proptest! {
                 sync.take(1, reading(1, companion, at(trigger as u64)), &mut out);
             }
         }
-        sync.flush(&mut out);
+        sync.flush(LONG_AFTER, &mut out);
         prop_assert_eq!(out.len(), primaries);
         out.iter().filter(|record| record.flags.is_empty()).for_each(assert_joined);
     }
