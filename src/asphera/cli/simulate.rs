@@ -1,5 +1,6 @@
 //! `asphera simulate`: the simulators of a bench alone, the devices of a station, or a recorded session played back from the devices' side.
 
+mod haste;
 mod links;
 mod path;
 mod playback;

@@ -17,6 +17,7 @@ use toml_edit::DocumentMut;
 use super::super::Speed;
 use super::super::output::{Failure, say};
 use super::super::source::session_at;
+use super::haste::allow_haste;
 use super::links::{Lead, lead};
 use crate::config::Config;
 use crate::session::{Session, What};
@@ -78,11 +79,20 @@ impl Playback {
         self.links.iter().map(|link| (link.name.as_str(), link.kind, link.address))
     }
 
-    /// The recorded configuration, with its links leading here.
+    /// The recorded configuration, with its links leading here. Where they are played as fast as they are taken, it waits longer.
     pub(super) fn station_toml(&self) -> Result<String, Failure> {
         let mut document: DocumentMut = self.config.parse()?;
         for link in &self.links {
             lead(&mut document, &link.name, Lead::plain(link.kind, link.address));
+        }
+        if self.speed == Speed::Max {
+            let changed = allow_haste(&mut document);
+            if !changed.is_empty() {
+                say(&format!(
+                    "Links go as fast as they are taken: {} changed for that",
+                    changed.join(", ")
+                ));
+            }
         }
         Ok(document.to_string())
     }
