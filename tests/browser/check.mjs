@@ -28,6 +28,7 @@ import { parseArgs } from "node:util";
 
 import { chromium } from "playwright-core";
 
+import { lookAtBlanks } from "./blank.mjs";
 import { contourShown, lookAtContour } from "./contour.mjs";
 import { lookAtParts, partsShown } from "./parts.mjs";
 import { lookAtDefects } from "./defects.mjs";
@@ -151,6 +152,7 @@ async function follow(page) {
         lookedAtForm = true;
         for (const text of await lookAtOutlook(page)) fail(text);
         for (const text of await lookAtForm(page)) fail(`while measuring: ${text}`);
+        for (const text of await lookAtBlanks(page)) fail(`while measuring: ${text}`);
         for (const text of await lookAtWidths(page)) fail(`while measuring: ${text}`);
       }
       if (first && call["measuring-screenshot"]) {
@@ -189,6 +191,7 @@ async function follow(page) {
   judge(result.final);
   if (call.form && last.state === "complete") {
     for (const text of await lookAtForm(page)) fail(`at the end: ${text}`);
+    for (const text of await lookAtBlanks(page)) fail(`at the end: ${text}`);
     for (const text of await lookAtWidths(page)) fail(`at the end: ${text}`);
   }
 }
