@@ -140,7 +140,7 @@ impl Motion {
     fn words(&self, nominal: &Nominal) -> String {
         if self.is_shift() {
             let along = direction(self.shift);
-            return format!("shift along ({}) of the part", numbers(along));
+            return format!("shift along {} of the part", named(along));
         }
         let (along, size) = (direction(self.turn), length(self.turn));
         // The place of the axis next to the vertex.
@@ -163,11 +163,17 @@ impl Motion {
             String::new()
         };
         format!(
-            "turn about the axis through ({}) mm along ({}) of the part{screw}",
+            "turn about the axis through ({}) mm along {} of the part{screw}",
             numbers(place),
-            numbers(along)
+            named(along)
         )
     }
+}
+
+/// A direction by the name of its axis, otherwise as a vector.
+fn named(along: [f64; 3]) -> String {
+    let axis = along.iter().position(|entry| entry.abs() > 1.0 - NEAR * NEAR);
+    axis.map_or_else(|| format!("({})", numbers(along)), |axis| ["x", "y", "z"][axis].to_owned())
 }
 
 /// Three numbers to four digits, without the rounding about zero.

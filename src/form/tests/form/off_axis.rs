@@ -178,5 +178,20 @@ fn a_cylinder_that_lies_askew_stays_where_it_is_along_its_axis() {
     assert!(along_mm.abs() < 0.02, "{along_mm}");
     assert!((across_mm - (0.4 * cos + 0.7 * sin)).abs() < 1e-9, "{across_mm}");
     let text = &found.undetermined[0].text;
-    assert!(text.starts_with("the shift along (0, 1, 0) of the part cannot be found"), "{text}");
+    assert!(text.starts_with("the shift along y of the part cannot be found"), "{text}");
+}
+
+/// A shift along an axis of the part has its name, in the words of one who moves the part.
+#[test]
+fn a_shift_along_an_axis_has_its_name() {
+    let nominal = Nominal::Freeform(Arc::new(Cylinder::new(40.0).unwrap()));
+    let points: Vec<PointMm> = spiral(1_000, 8.0)
+        .into_iter()
+        .map(|[x, y]| [x, y, nominal.height_mm(x, y).unwrap()])
+        .collect();
+    let free = vec![Parameter::Tx, Parameter::Ty, Parameter::Tz];
+    let found = fit(&points, &nominal, &FitSettings { free, ..settings() }).unwrap();
+    let [held] = &found.undetermined[..] else { panic!("{:?}", found.undetermined) };
+    let said = "ty cannot be found from these points: moving the part along y changes nothing. It is held at its start";
+    assert_eq!(held.text, said);
 }
