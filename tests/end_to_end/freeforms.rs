@@ -199,6 +199,15 @@ fn a_lens_file_becomes_a_nominal_that_is_measured() {
     let wrong = run(["nominal", lens, "--surface", "9"]);
     assert_eq!(wrong.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&wrong.stderr).contains("there is no surface 9; the file has"));
+    for verb in ["measure", "sampling", "volume", "simulate", "contour", "reconstruct"] {
+        let refused = run([verb, lens]);
+        let said = String::from_utf8_lossy(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(1), "{verb}: {said}");
+        assert!(
+            said.contains("a Zemax lens file") && said.contains("--surface N"),
+            "{verb}: {said}"
+        );
+    }
     let made = run(["nominal", lens, "--surface", "1", "-o", toml.to_str().unwrap()]);
     assert_eq!(made.status.code(), Some(0), "{}", String::from_utf8_lossy(&made.stderr));
 
