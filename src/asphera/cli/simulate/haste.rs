@@ -2,12 +2,24 @@
 
 use toml_edit::{DocumentMut, Item, value};
 
-/// Lets readings of one link wait for those of another however far it is ahead, and a silence pass. Devices that are joined by time
-/// keep their settings: their places need the times. The keys that were changed.
+use super::super::Speed;
+use super::super::output::Failure;
+use crate::config::Config;
+
+/// Refuses another speed than that of the recording for devices that are joined by time.
+pub(super) fn refuse_haste(config: &Config, speed: Speed) -> Result<(), Failure> {
+    if config.sync.time.is_none() || speed == Speed::Times(1.0) {
+        return Ok(());
+    }
+    Err("--speed: expected 1, found another: devices are joined by time, so bytes must come when they came. Leave --speed out, or use asphera replay"
+        .into())
+}
+
+/// Lets readings of one link wait for those of another however far it is ahead, and a silence pass. The keys that were changed.
 pub(super) fn allow_haste(document: &mut DocumentMut) -> Vec<&'static str> {
     let mut changed = Vec::new();
     let sync = document.get_mut("sync").and_then(Item::as_table_like_mut);
-    if let Some(sync) = sync.filter(|sync| sync.get("by").and_then(Item::as_str) != Some("time")) {
+    if let Some(sync) = sync {
         sync.insert("paced", value(false));
         sync.insert("wait_ms", value(WAIT_MS));
         sync.insert("capacity", value(CAPACITY));
@@ -33,6 +45,8 @@ const IDLE_S: f64 = 30.0;
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
     fn hasty(text: &str) -> (Vec<&'static str>, DocumentMut) {
@@ -53,10 +67,23 @@ mod tests {
     }
 
     #[test]
-    fn what_needs_the_times_or_ends_by_silence_stays() {
-        let text = "[sync]\ndevices = [\"a\", \"b\"]\nby = \"time\"\n[scan]\nidle_s = 3.0\n";
-        let (changed, document) = hasty(text);
+    fn a_scan_that_ends_by_silence_keeps_its_end() {
+        let (changed, document) = hasty("[scan]\nidle_s = 3.0\n");
         assert!(changed.is_empty());
-        assert_eq!(document.to_string(), text);
+        assert_eq!(document["scan"]["idle_s"].as_float(), Some(3.0));
+    }
+
+    /// It never ended: devices missed their telegrams, and were played again and again.
+    #[test]
+    fn devices_that_are_joined_by_time_have_their_own_pace() {
+        let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/examples");
+        let load = |name: &str| Config::load(&examples.join(name)).expect("an example");
+        let by_time = load("laser-sensor-by-time.toml");
+        assert!(refuse_haste(&by_time, Speed::Times(1.0)).is_ok());
+        for speed in [Speed::Max, Speed::Times(10.0)] {
+            let error = refuse_haste(&by_time, speed).expect_err("refused").to_string();
+            assert!(error.contains("joined by time"), "{error}");
+            assert!(refuse_haste(&load("om30-line.toml"), speed).is_ok());
+        }
     }
 }

@@ -17,7 +17,7 @@ use toml_edit::DocumentMut;
 use super::super::Speed;
 use super::super::output::{Failure, say};
 use super::super::source::session_at;
-use super::haste::allow_haste;
+use super::haste::{allow_haste, refuse_haste};
 use super::links::{Lead, lead};
 use crate::config::Config;
 use crate::session::{Session, What};
@@ -45,11 +45,12 @@ impl Playback {
     /// Opens a recording and a port for each of its links.
     ///
     /// Serial links are played over TCP: the bytes are the same. Fails for SocketCAN, socketcand and logs, which have no other end here, for
-    /// devices whose datagrams would not come whole, and for links of two connections.
+    /// devices whose datagrams would not come whole, for links of two connections, and for devices joined by time at another speed.
     pub(super) async fn open(session: &Path, speed: Speed) -> Result<Playback, Failure> {
         let session = &session_at(session)?;
         let recording = Session::open(session)?;
         let config = Config::parse("config.toml of the recording", recording.config_toml())?;
+        refuse_haste(&config, speed)?;
         let mut links = Vec::new();
         for (index, link) in config.links.iter().enumerate() {
             refuse_unplayable(&config, index)?;
