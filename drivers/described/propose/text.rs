@@ -4,7 +4,7 @@ use asphera_link::{Capture, Proposal, Unit, shown};
 
 use super::{column, poll, write};
 use crate::checksum::{Algorithm, Checksum, Digits};
-use crate::field::{Field, Place};
+use crate::field::{Field, Place, Role};
 use crate::framing::{End, Framing, Splitter};
 use crate::pattern::Pattern;
 use crate::settings::{Layout, Settings};
@@ -104,7 +104,7 @@ fn by_columns(lines: &[&str]) -> Option<Found> {
         let column = |index: usize| alike.iter().map(|row| row[index].as_str()).collect::<Vec<_>>();
         let table: Vec<Vec<&str>> = (0..columns).map(column).collect();
         let (fields, mut remarks) = fields(&table, |index| Place::Column(index + 1));
-        if !fields.iter().any(|field| field.role == crate::field::Role::Channel) {
+        if !have_channel(&fields) {
             continue;
         }
         if separator == Some(',') && columns == 2 && !lines.iter().any(|line| line.contains('.')) {
@@ -189,7 +189,12 @@ fn by_pattern(lines: &[&str]) -> Option<Found> {
         remarks.extend(more);
     }
     let pattern = Pattern::new(&pattern).ok()?;
-    (!fields.is_empty()).then_some((Layout::Pattern(pattern), fields, remarks))
+    have_channel(&fields).then_some((Layout::Pattern(pattern), fields, remarks))
+}
+
+/// Whether one of the fields is a reading: without one settings cannot be used.
+fn have_channel(fields: &[Field]) -> bool {
+    fields.iter().any(|field| field.role == Role::Channel)
 }
 
 /// Pattern of numbers: of their very width where all have one, so that a lost digit is noticed.

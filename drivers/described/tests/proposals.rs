@@ -148,3 +148,12 @@ fn questions_become_polls() {
     assert_eq!((bench.values(), &bench.sent[0][..]), (vec![Some(1.235)], "MAIN,1\\r"));
     assert!(text.contains("interval_ms = 250"), "{text}");
 }
+
+/// Texts of digits and points that are no numbers were a state alone, and settings without a reading cannot be used.
+#[test]
+fn nothing_is_proposed_without_a_reading() {
+    let lines = "0\r\n00NMG-09.9058339058.08\r\n00NMG+00.001999\r\n00NMG-09.9058339058.08\r\n";
+    let proposal = propose(lines.as_bytes());
+    assert_eq!(proposal.settings, None);
+    assert_eq!(proposal.remarks[1..], ["they have no number at the same place"]);
+}
