@@ -2,7 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::{BLOCK, BlurredArea, Kernel, SIGMAS, block, order};
+use super::convolution::{Kernel, block};
+use super::scale::{BASE, Scale, Variations};
+use super::{BLOCK, BlurredArea};
 use crate::Samples;
 use crate::cells::{mixed_codes, mixed_words};
 use crate::fractions::marching_areas;
@@ -56,14 +58,19 @@ impl Drawn<'_> {
     }
 
     pub(super) fn area(&self) -> BlurredArea {
-        let variations: Vec<[f64; 3]> = self.with(SIGMAS);
-        let sum = |index: usize| variations.iter().map(|of| of[index]).sum::<f64>();
-        let (order, has_edges) = order(sum(0), sum(1), sum(2));
-        let own: Vec<f64> = if has_edges {
-            self.with([1.0, 2.0]).into_iter().map(|[one, two]| 2.0 * one - two).collect()
-        } else {
-            variations.iter().map(|[fine, _, coarse]| (4.0 * fine - coarse) / 3.0).collect()
-        };
+        let base = self.with(BASE);
+        let sum = Variations::sum(&base);
+        let mut blocks = base;
+        let mut total = sum;
+        if let Some(finer) = sum.finer() {
+            let found = self.with(finer);
+            total = Variations::sum(&found);
+            if !total.order().1 {
+                blocks = found;
+            }
+        }
+        let (order, has_edges) = total.order();
+        let own: Vec<f64> = blocks.iter().map(|of| of.area(has_edges)).collect();
         let known: f64 = self.blocks.iter().map(|(_, area)| area).sum();
         let ratio = own.iter().sum::<f64>() / known;
         // Of a ratio: the scatter of what each block has beside it (Cochran, Sampling Techniques, 3rd edition, 6.4).
@@ -72,16 +79,18 @@ impl Drawn<'_> {
             own.iter().zip(&self.blocks).map(|(own, (_, area))| (own - ratio * area).powi(2)).sum();
         let left = 1.0 - count / self.with_surface as f64;
         let u = self.total / known * (count * left * squares / (count - 1.0)).sqrt();
-        BlurredArea { area: ratio * self.total, u: Some(u), order, has_edges }
+        BlurredArea { area: ratio * self.total, u: Some(u), order, has_edges, loss: total.loss() }
     }
 
-    /// The total variation of each block for some σ.
-    fn with<const N: usize>(&self, sigmas: [f64; N]) -> Vec<[f64; N]> {
-        let kernels = sigmas.map(Kernel::new);
-        self.blocks
-            .par_iter()
-            .map(|&(from, _)| kernels.each_ref().map(|kernel| block(self.samples, kernel, from)))
-            .collect()
+    /// The total variations of each block.
+    fn with(&self, scale: Scale) -> Vec<Variations> {
+        let kernels = scale.sigmas().map(Kernel::new);
+        let sums = |from: [i64; 3]| {
+            // The layer around the volume comes before its first sample.
+            let from = from.map(|at| at + 1);
+            kernels.each_ref().map(|kernel| block(self.samples, kernel, from, 0))
+        };
+        self.blocks.par_iter().map(|&(from, _)| Variations { scale, sums: sums(from) }).collect()
     }
 }
 
@@ -132,10 +141,10 @@ mod tests {
         let u = found.u.unwrap();
         assert!(u < 0.004 * found.area, "{found:?}");
         // The same with all blocks, of one σ only, which is what takes the time.
-        let one: f64 = drawn.with([SIGMAS[0]]).iter().map(|[one]| one).sum();
+        let one: f64 = drawn.with(BASE).iter().map(|of| of.sums[0]).sum();
         let known: f64 = drawn.blocks.iter().map(|(_, area)| area).sum();
         let by_drawn = one / known * drawn.total;
-        let all = super::super::total_variation(&samples, SIGMAS[0]);
+        let all = super::super::total_variation(&samples, BASE.sigmas()[0]);
         assert!((by_drawn - all).abs() < 3.0 * u, "{by_drawn} {all} {u}");
         let mesh = crate::marching_cubes(&samples, crate::Ambiguity::Paired, &crate::Middles);
         assert!((drawn.total / mesh.area() - 1.0).abs() < 1e-9);
