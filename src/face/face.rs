@@ -11,6 +11,7 @@ use crate::body::{Body, Skin};
 use crate::edge::{Edge, NoEdge};
 use crate::errors::Errors;
 use crate::laying::{Found, Laid, find};
+use crate::resolution::Response;
 use crate::selection::{Place, STEEPEST_DEG, select};
 use crate::unblur::Unblurred;
 use asphera_geometry::vector::{Vector, dot};
@@ -135,13 +136,15 @@ impl Body {
         let u_levels = edge.uneven.hypot(edge.statistical);
         let u_threshold = settings.u_threshold.unwrap_or(u_levels);
         let along = self.along(&laid);
-        let Unblurred { mut points_mm, largest_mm, noise_gain } =
+        let Unblurred { mut points_mm, largest_mm, noise_gain, response } =
             self.unblurred(&skin, part, &laid, (&edge, along));
         let found = points_mm.len();
         clear_border(&mut points_mm, part, &laid, CLEARED * h_mm);
         let on_border = (found - points_mm.len()) as u64;
         let density_per_mm2 = self.density_per_mm2(&skin, &laid, along);
         let errors = Errors::new(&edge, u_threshold, density_per_mm2, noise_gain);
+        let mut reasons = reasons(&laid, other.as_ref(), &edge, skin.threshold, is_stated);
+        reasons.extend(lost(response));
         let figures = FaceFigures {
             size: self.scan.size.map(|side| side as u64),
             spacing_mm: self.scan.lattice.spacing_mm(),
@@ -170,7 +173,7 @@ impl Body {
             uneven_length_mm: errors.uneven_length_mm,
             u_noise_nm: 1e6 * errors.noise_mm,
             noise_length_mm: errors.noise_length_mm,
-            reasons: reasons(&laid, other.as_ref(), &edge, skin.threshold, is_stated),
+            reasons,
             second: None,
         };
         Ok(Face {
@@ -315,6 +318,17 @@ fn rise(skin: &Skin, laid: &Laid, along: Option<usize>) -> f64 {
     let cosines = taken.map(|&vertex| dot(skin.normals[vertex as usize], axis));
     let (sum, squares) = cosines.fold((0.0, 0.0), |(sum, squares), c| (sum + c, squares + c * c));
     sum / squares
+}
+
+/// The waves that blur takes from the form, in words.
+fn lost(response: Response) -> Option<String> {
+    let [one_mm, five_mm] = [0.01, 0.05].map(|share| response.kept_above_mm(share));
+    (one_mm > 0.0).then(|| {
+        format!(
+            "form in waves shorter than {one_mm:.3} mm loses more than 1 % of its height to the blur, shorter than {five_mm:.3} mm more than \
+             5 %; no u counts that"
+        )
+    })
 }
 
 /// What must be known of the face.

@@ -17,6 +17,7 @@ mod flattening;
 mod laying;
 mod noise;
 mod pair;
+mod resolution;
 mod selection;
 mod slice;
 mod unblur;

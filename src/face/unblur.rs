@@ -9,6 +9,7 @@ use crate::edge::Edge;
 use crate::face::is_taken;
 use crate::flattening::{Bent, Sheet};
 use crate::laying::Laid;
+use crate::resolution::Response;
 use asphera_geometry::vector::{Vector, plus};
 
 /// Points of a face without what blur does to them.
@@ -18,6 +19,8 @@ pub(crate) struct Unblurred {
     pub(crate) largest_mm: f64,
     /// By how much that lets the variance of the noise of a point grow.
     pub(crate) noise_gain: f64,
+    /// What waves of the form keep of their height.
+    pub(crate) response: Response,
 }
 
 /// A point before it is moved.
@@ -65,7 +68,9 @@ impl Body {
         });
         let points_mm = moved.collect();
         let noise_gain = sheet.noise_gain(0.5 * TAKEN * edge.blur_mm2, edge.noise_length_mm);
-        Unblurred { points_mm, largest_mm, noise_gain }
+        let blur_mm = edge.blur_mm2.sqrt();
+        let response = Response { blur_mm, reach_mm, taken: TAKEN };
+        Unblurred { points_mm, largest_mm, noise_gain, response }
     }
 
     fn blurred(&self, skin: &Skin, part: &Part, laid: &Laid, vertex: u32) -> Blurred {

@@ -30,6 +30,11 @@ pub struct GridCheck {
     pub places: Vec<Violation>,
     /// Critical configurations, sorted the same way; [`PLACES`] at most.
     pub critical: Vec<Critical>,
+    /// Cells at fault beside what was not scanned: they, or the partner they lack, have a corner beyond the volume or on a missing
+    /// sample. They contradict nothing.
+    pub doubtful: u64,
+    /// Cells with surface that have a corner on a missing sample.
+    pub beside_missing: u64,
 }
 
 /// A critical configuration: the union of the voxels of the foreground, or of the background, is no manifold there.
@@ -75,6 +80,16 @@ pub enum Verdict {
 impl GridCheck {
     /// Checks the codes of a volume, by layers in the caller's pool; `histogram` is that of the same volume.
     pub fn new(samples: &Samples, histogram: &Histogram) -> GridCheck {
+        GridCheck::with_missing(samples, histogram, None)
+    }
+
+    /// The same of a volume in which samples are missing: they are foreground in `missing`, which is of the same size, and
+    /// background in `samples`.
+    pub fn with_missing(
+        samples: &Samples,
+        histogram: &Histogram,
+        missing: Option<&Samples>,
+    ) -> GridCheck {
         let facts = facts();
         let fact = |code: u8| facts[usize::from(code)];
         let case8 = histogram.count_where(|code| fact(code).case == Case::Paired);
@@ -82,31 +97,52 @@ impl GridCheck {
         let c2 = histogram.count_where(|code| fact(code).is_c2);
         // Two cells share every face between them.
         let c1 = histogram.sum_whole(|code| i64::from(fact(code).c1_faces.count_ones())) as u64 / 2;
-        let mut unpaired = 0;
+        let (mut unpaired, mut doubtful, mut beside_missing) = (0, 0, 0);
         let (mut places, mut critical) = (Vec::new(), Vec::new());
-        if case8 + forbidden > 0 {
+        if case8 + forbidden > 0 || missing.is_some() {
+            let scan = Scanned { samples, missing };
             let layers: Vec<Layer> =
-                (0..=samples.size()[2]).into_par_iter().map(|z| Layer::of(samples, z)).collect();
+                (0..=samples.size()[2]).into_par_iter().map(|z| Layer::of(scan, z)).collect();
             for layer in layers {
                 unpaired += layer.unpaired;
+                doubtful += layer.doubtful;
+                beside_missing += layer.beside_missing;
                 let room = PLACES - places.len();
                 places.extend(layer.places.into_iter().take(room));
                 let room = PLACES - critical.len();
                 critical.extend(layer.critical.into_iter().take(room));
             }
         }
-        GridCheck { case8, case8_unpaired: unpaired, forbidden, c1, c2, places, critical }
+        let case8_unpaired = unpaired;
+        GridCheck {
+            case8,
+            case8_unpaired,
+            forbidden,
+            c1,
+            c2,
+            places,
+            critical,
+            doubtful,
+            beside_missing,
+        }
     }
 
     /// Whether the codes contradict a grid that is fine enough.
     pub fn is_contradicted(&self) -> bool {
-        self.forbidden > 0 || self.case8_unpaired > 0
+        self.forbidden + self.case8_unpaired > self.doubtful
     }
 
     /// The verdict on a grid of spacing `spacing_mm` along x, y and z, with the reason in words.
     ///
     /// `regular_mm` is the r of the part, where the user states it: its least local feature size on both sides, mm.
     pub fn verdict(&self, spacing_mm: [f64; 3], regular_mm: Option<f64>) -> (Verdict, String) {
+        let is_cubic = spacing_mm.iter().all(|side| (side / spacing_mm[0] - 1.0).abs() <= CUBIC);
+        if !is_cubic {
+            return (
+                Verdict::Unknown,
+                "voxels are not cubes: the theorems hold for cubes only".into(),
+            );
+        }
         if self.is_contradicted() {
             let why = format!(
                 "no part whose radius r is above √3 times the spacing has these samples: {} forbidden cells and {} cells of \
@@ -115,12 +151,12 @@ impl GridCheck {
             );
             return (Verdict::Contradicted, why);
         }
-        let is_cubic = spacing_mm.iter().all(|side| (side / spacing_mm[0] - 1.0).abs() <= CUBIC);
-        if !is_cubic {
-            return (
-                Verdict::Unknown,
-                "voxels are not cubes: the theorems hold for cubes only".into(),
+        if self.doubtful > 0 {
+            let why = format!(
+                "{} cells are at fault, but all lie beside what was not scanned, and contradict nothing",
+                self.doubtful
             );
+            return (Verdict::Unknown, why);
         }
         let Some(regular_mm) = regular_mm else {
             let why =
@@ -152,31 +188,60 @@ pub fn needed_spacing_mm(regular_mm: f64) -> f64 {
 /// Sides that differ by less than this share count as equal: files round spacings to six digits.
 const CUBIC: f64 = 1e-5;
 
-/// The cells of one layer that are of case 8 or forbidden.
+/// A volume, and what of it was not measured.
+#[derive(Clone, Copy)]
+struct Scanned<'a> {
+    samples: &'a Samples,
+    missing: Option<&'a Samples>,
+}
+
+impl Scanned<'_> {
+    /// Whether a cell has a corner on a missing sample.
+    fn is_beside_missing(self, cell: [usize; 3]) -> bool {
+        self.missing.is_some_and(|missing| missing.code(cell) != 0)
+    }
+
+    /// Whether a cell has a corner beyond the volume or on a missing sample.
+    fn is_doubtful(self, cell: [usize; 3]) -> bool {
+        let size = self.samples.size();
+        let is_at_border = (0..3).any(|axis| cell[axis] == 0 || cell[axis] == size[axis]);
+        is_at_border || self.is_beside_missing(cell)
+    }
+}
+
+/// The cells of one layer that are of case 8 or forbidden, or beside what is missing.
 #[derive(Default)]
 struct Layer {
     /// Cells of case 8 without a partner.
     unpaired: u64,
+    doubtful: u64,
+    beside_missing: u64,
     places: Vec<Violation>,
     critical: Vec<Critical>,
 }
 
 impl Layer {
-    fn of(samples: &Samples, z: usize) -> Layer {
+    fn of(scan: Scanned<'_>, z: usize) -> Layer {
         let mut layer = Layer::default();
-        mixed_words(samples, z, |y, word, corners, mixed| {
-            mixed_codes(word, corners, mixed, |x, code| layer.add(samples, [x, y, z], code));
+        mixed_words(scan.samples, z, |y, word, corners, mixed| {
+            mixed_codes(word, corners, mixed, |x, code| layer.add(scan, [x, y, z], code));
         });
         layer
     }
 
-    fn add(&mut self, samples: &Samples, cell: [usize; 3], code: u8) {
+    fn add(&mut self, scan: Scanned<'_>, cell: [usize; 3], code: u8) {
         let facts = facts()[usize::from(code)];
-        let is_alone = facts.case == Case::Paired && !has_partner(samples, cell, code);
+        let is_alone = facts.case == Case::Paired && !has_partner(scan.samples, cell, code);
         self.unpaired += u64::from(is_alone);
+        self.beside_missing += u64::from(scan.is_beside_missing(cell));
         let centre = cell.map(|place| place as f64 - 0.5);
-        if (is_alone || facts.case == Case::Forbidden) && self.places.len() < PLACES {
-            self.places.push(Violation { centre, code, case: facts.case });
+        if is_alone || facts.case == Case::Forbidden {
+            let is_doubtful =
+                scan.is_doubtful(cell) || is_alone && scan.is_doubtful(across(cell, code));
+            self.doubtful += u64::from(is_doubtful);
+            if self.places.len() < PLACES {
+                self.places.push(Violation { centre, code, case: facts.case });
+            }
         }
         // A face belongs to the cell below it: so each counts once.
         let upper = (0..3).filter(|axis| facts.c1_faces >> (2 * axis + 1) & 1 == 1);
@@ -191,8 +256,8 @@ impl Layer {
     }
 }
 
-/// Whether the cell across the C1 face of a case-8 cell is of case 8 too, with 6 foreground samples for 2 and 2 for 6.
-fn has_partner(samples: &Samples, cell: [usize; 3], code: u8) -> bool {
+/// The cell across the C1 face of a case-8 cell.
+fn across(cell: [usize; 3], code: u8) -> [usize; 3] {
     let face = facts()[usize::from(code)].c1_faces.trailing_zeros() as usize;
     let (axis, is_upper) = (face / 2, face % 2 == 1);
     let mut other = cell;
@@ -202,7 +267,13 @@ fn has_partner(samples: &Samples, cell: [usize; 3], code: u8) -> bool {
     } else {
         other[axis] -= 1;
     }
-    let partner = samples.code(other);
+    other
+}
+
+/// Whether the cell across the C1 face of a case-8 cell is of case 8 too, with 6 foreground samples for 2 and 2 for 6.
+fn has_partner(samples: &Samples, cell: [usize; 3], code: u8) -> bool {
+    let face = facts()[usize::from(code)].c1_faces.trailing_zeros();
+    let partner = samples.code(across(cell, code));
     facts()[usize::from(partner)].case == Case::Paired
         && partner.count_ones() + code.count_ones() == 8
         && facts()[usize::from(partner)].c1_faces == 1 << (face ^ 1)

@@ -243,14 +243,26 @@ impl SlabBuilder {
         Ok(SlabBuilder { samples: Samples::background(size)?, filled: 0 })
     }
 
-    /// Adds values: foreground is what is `threshold` or more. A value that is not a number is background.
+    /// Adds values: foreground is what is `threshold` or more. A value that is not finite is missing, and background.
     ///
     /// # Errors
     ///
     /// [`SizeError::Length`] where more come than the volume has; nothing is added then.
     pub fn push_values(&mut self, values: &[f32], threshold: f32) -> Result<(), SizeError> {
         self.check(values.len())?;
-        self.push_with(values.len(), |index| values[index] >= threshold);
+        let is_inside = |value: f32| value.is_finite() && value >= threshold;
+        self.push_with(values.len(), |index| is_inside(values[index]));
+        Ok(())
+    }
+
+    /// Adds values: foreground is what is missing, as it is not finite.
+    ///
+    /// # Errors
+    ///
+    /// As [`SlabBuilder::push_values`].
+    pub fn push_missing(&mut self, values: &[f32]) -> Result<(), SizeError> {
+        self.check(values.len())?;
+        self.push_with(values.len(), |index| !values[index].is_finite());
         Ok(())
     }
 

@@ -31,11 +31,11 @@ pub(super) struct VolumeArgs {
     #[arg(long, value_name = "T|otsu|iso50", allow_hyphen_values = true)]
     threshold: Option<Threshold>,
     /// The spacing of the samples, one length or three, for what the file says, or does not.
-    #[arg(long, value_name = "MM[,MM,MM]", value_parser = spacing)]
+    #[arg(long, value_name = "MM[,MM,MM]", value_parser = spacing, allow_hyphen_values = true)]
     spacing: Option<[f64; 3]>,
     /// The radius r of the part: balls of this radius touch every point of its boundary from inside and outside. It is its smallest
     /// radius of curvature, or half its thinnest wall or gap.
-    #[arg(long, value_name = "R_MM", value_parser = length)]
+    #[arg(long, value_name = "R_MM", value_parser = length, allow_hyphen_values = true)]
     regular: Option<f64>,
     /// A nominal of the part: the reach of its face, the smallest local feature size on both sides, against the spacing. It says nothing
     /// of the rest of the part.

@@ -39,6 +39,8 @@ pub(super) struct VolumeFigures {
     pub(super) foreground: u64,
     /// Samples without a value.
     pub(super) missing: u64,
+    /// Cells with surface that have a corner on such a sample: the surface there is not that of the part.
+    pub(super) missing_cells: u64,
     /// Whether material touches the border of the volume.
     pub(super) touches_border: bool,
     /// Connected parts of the volume; the figures are of those that `--part` asks for.
@@ -58,6 +60,8 @@ pub(super) struct GridFigures {
     pub(super) forbidden: u64,
     pub(super) c1: u64,
     pub(super) c2: u64,
+    /// Of the cells at fault those beside what was not scanned; they contradict nothing.
+    pub(super) doubtful: u64,
     pub(super) places: Vec<PlaceFigures>,
     /// What the face of `--nominal` asks of the grid.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -134,6 +138,9 @@ pub(super) struct AreaMeasure {
     pub(super) order: Option<f64>,
     pub(super) has_edges: Option<bool>,
     pub(super) others: OtherAreas,
+    /// Whether detail is too fine for the blur.
+    #[serde(skip)]
+    is_fine: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -171,7 +178,7 @@ pub(super) fn of(
     let histogram = Histogram::new(samples);
     let topology = Topology::new(samples, &histogram);
     let spacing_mm = frame.spacing_mm();
-    let check = GridCheck::new(samples, &histogram);
+    let check = GridCheck::with_missing(samples, &histogram, opened.missing.as_ref());
     let given = args.nominal.as_deref().map(part).transpose()?;
     let nominal = given.map(|part| nominal::of(&part, spacing_mm, &check)).transpose()?;
     let grid = grid(args, opened, &check, nominal);
@@ -201,10 +208,11 @@ pub(super) fn of(
             threshold_source: opened.threshold_source,
             foreground: samples.foreground(),
             missing: opened.levels.missing,
+            missing_cells: check.beside_missing,
             touches_border: samples.touches_border(),
             parts: opened.parts,
         },
-        reasons: reasons(opened, &topology),
+        reasons: reasons(opened, &topology, check.beside_missing, measures.area_mm2.is_fine),
         grid,
         topology,
         measures,
@@ -240,13 +248,16 @@ fn grid(
 ) -> GridFigures {
     let spacing_mm = opened.frame.spacing_mm();
     let (mut known, mut why) = check.verdict(spacing_mm, args.regular);
+    // Of slanted axes no theorem says anything, neither for nor against.
+    if !opened.frame.is_orthogonal() {
+        known = Verdict::Unknown;
+        why = "the axes are not at right angles: the theorems hold for cubes only".into();
+    }
     if known == Verdict::Proved {
         let doubt = if opened.levels.missing > 0 {
             Some("samples are missing: what lies there is not known")
         } else if opened.samples.touches_border() {
             Some("the part touches the border of the volume: what lies beyond is not known")
-        } else if !opened.frame.is_orthogonal() {
-            Some("the axes are not at right angles: the theorems hold for cubes only")
         } else {
             None
         };
@@ -271,6 +282,7 @@ fn grid(
         forbidden: check.forbidden,
         c1: check.c1,
         c2: check.c2,
+        doubtful: check.doubtful,
         places: places.collect(),
         nominal,
         known,
@@ -318,6 +330,7 @@ fn measures(
             order: None,
             has_edges: None,
             others,
+            is_fine: false,
         }
     };
     let volume_mm3 = VolumeMeasure {
@@ -381,11 +394,15 @@ fn cubic_area(
         order: blurred.order,
         has_edges: Some(blurred.has_edges),
         others,
+        is_fine: blurred.loss > FINE,
     }
 }
 
 /// Samples up to which distances from the surface are looked at: some ten seconds.
 const TUBE_SAMPLES: u64 = 1 << 25;
+
+/// Share of the boundary that blur takes, above which its area is doubtful.
+const FINE: f64 = 0.25;
 
 /// s of the plain semi-local estimate, spacings.
 const PLAIN_REACH: f64 = 4.0;
@@ -396,8 +413,19 @@ const QUOTIENT_REACH: f64 = 14.0;
 /// The largest s that bounds are looked for at, spacings.
 const FARTHEST: f64 = 24.0;
 
-fn reasons(opened: &Opened, topology: &TopologyFigures) -> Vec<String> {
+fn reasons(
+    opened: &Opened,
+    topology: &TopologyFigures,
+    missing_cells: u64,
+    is_fine: bool,
+) -> Vec<String> {
     let mut reasons = Vec::new();
+    if is_fine {
+        reasons.push(
+            "detail is as fine as the blur that the area comes from: it may be a tenth too large"
+                .into(),
+        );
+    }
     if opened.frame.unit == UnitKnown::Assumed {
         reasons.push(
             "the file states no unit of length: mm is assumed; --spacing overrides it".into(),
@@ -412,7 +440,8 @@ fn reasons(opened: &Opened, topology: &TopologyFigures) -> Vec<String> {
     }
     if opened.levels.missing > 0 {
         reasons.push(format!(
-            "{} samples have no value: they count as background",
+            "{} samples have no value: they count as background; {missing_cells} cells of the surface lie beside one, and no surface of the \
+             part",
             opened.levels.missing
         ));
     }

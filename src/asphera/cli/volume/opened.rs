@@ -19,6 +19,8 @@ pub(super) struct Opened {
     pub(super) threshold: f64,
     pub(super) threshold_source: &'static str,
     pub(super) levels: Levels,
+    /// Samples without a value, as foreground; `None` where there are none.
+    pub(super) missing: Option<Samples>,
     /// Foreground samples at the threshold moved down and up by 1 % of the contrast.
     pub(super) moved_foreground: Option<[u64; 2]>,
     /// Parts there are, before one was chosen.
@@ -41,6 +43,7 @@ pub(super) struct Thresholded {
     pub(super) threshold: f64,
     pub(super) threshold_source: &'static str,
     pub(super) levels: Levels,
+    pub(super) missing: Option<Samples>,
     pub(super) moved_foreground: Option<[u64; 2]>,
 }
 
@@ -62,11 +65,18 @@ pub(super) fn open(args: &VolumeArgs, whole: u64) -> Result<Opened, Failure> {
             builder.finish()?
         }
     };
-    let count =
-        |threshold: f64| floats.iter().filter(|&&v| f64::from(v) >= threshold).count() as u64;
+    let count = |threshold: f64| {
+        floats.iter().filter(|&&value| is_material(value, threshold)).count() as u64
+    };
     let moved_foreground = moved(threshold, &levels).map(|both| both.map(count));
+    let mut missing = None;
+    if levels.missing > 0 {
+        let mut builder = SlabBuilder::new(volume.size)?;
+        builder.push_missing(&floats)?;
+        missing = Some(builder.finish()?);
+    }
     let values = Grey::Whole((!levels.are_two).then_some(floats));
-    let found = Thresholded { all, threshold, threshold_source, levels, moved_foreground };
+    let found = Thresholded { all, threshold, threshold_source, levels, missing, moved_foreground };
     found.opened(args, volume.frame, values)
 }
 
@@ -78,7 +88,8 @@ impl Thresholded {
         frame: Frame,
         values: Grey,
     ) -> Result<Opened, Failure> {
-        let Thresholded { all, threshold, threshold_source, levels, moved_foreground } = self;
+        let Thresholded { all, threshold, threshold_source, levels, missing, moved_foreground } =
+            self;
         let (samples, parts) = match args.part {
             Part::All => {
                 let parts = components(&all);
@@ -101,6 +112,7 @@ impl Thresholded {
             threshold,
             threshold_source,
             levels,
+            missing,
             moved_foreground: moved_foreground.filter(|_| !is_chosen),
             parts,
             is_chosen,
@@ -112,6 +124,11 @@ impl Thresholded {
 pub(super) fn moved(threshold: f64, levels: &Levels) -> Option<[f64; 2]> {
     let step = (levels.material - levels.background) / 100.0;
     (!levels.are_two).then_some([threshold - step, threshold + step])
+}
+
+/// Whether a value is material; one that is not finite is missing.
+pub(super) fn is_material(value: f32, threshold: f64) -> bool {
+    value.is_finite() && f64::from(value) >= threshold
 }
 
 /// Whole numbers are at the threshold or above from the next whole number on.

@@ -8,7 +8,7 @@ use asphera_volume::{LevelCounts, LevelRange, Levels, SlabBuilder};
 
 use super::super::output::Failure;
 use super::opened::{
-    Grey, Opened, Thresholded, failed, moved, one_value, spaced, threshold, whole_from,
+    Grey, Opened, Thresholded, failed, is_material, moved, one_value, spaced, threshold, whole_from,
 };
 use super::{MethodName, VolumeArgs};
 
@@ -63,6 +63,8 @@ pub(super) fn open(args: &VolumeArgs, whole: u64) -> Result<Option<Opened>, Fail
     let counted = Counted::of(&name, reader, &file)?;
     let (at, threshold_source) = threshold(&name, args.threshold, &counted.levels)?;
     let mut builder = SlabBuilder::new(size)?;
+    // None of bytes, which are all numbers.
+    let mut missing = (counted.levels.missing > 0).then(|| SlabBuilder::new(size)).transpose()?;
     let moved_to = moved(at, &counted.levels);
     let mut moved_foreground = [0_u64; 2];
     let mut again = file.again()?;
@@ -71,8 +73,11 @@ pub(super) fn open(args: &VolumeArgs, whole: u64) -> Result<Option<Opened>, Fail
             Values::Bytes(bytes) => builder.push_bytes(bytes, whole_from(at))?,
             Values::Floats(floats) => {
                 builder.push_values(floats, at as f32)?;
+                if let Some(missing) = &mut missing {
+                    missing.push_missing(floats)?;
+                }
                 for (count, at) in moved_foreground.iter_mut().zip(moved_to.unwrap_or_default()) {
-                    *count += floats.iter().filter(|&&v| f64::from(v) >= at).count() as u64;
+                    *count += floats.iter().filter(|&&v| is_material(v, at)).count() as u64;
                 }
             }
         }
@@ -92,6 +97,7 @@ pub(super) fn open(args: &VolumeArgs, whole: u64) -> Result<Option<Opened>, Fail
         threshold: at,
         threshold_source,
         levels: counted.levels,
+        missing: missing.map(SlabBuilder::finish).transpose()?,
         moved_foreground: moved_to.map(|_| moved_foreground),
     };
     let values = Grey::Sliced((!counted.levels.are_two).then_some(file));

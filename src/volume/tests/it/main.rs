@@ -6,6 +6,7 @@ mod areas;
 mod bands;
 mod betti;
 mod bodies;
+mod border;
 mod critical;
 mod invariance;
 mod knots;
