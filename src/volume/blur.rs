@@ -29,11 +29,10 @@ pub struct BlurredArea {
     /// The order with which the total variation falls as σ grows: 2 for smooth bodies, 1 where edges prevail; `None` where it does not
     /// fall.
     pub order: Option<f64>,
-    /// Whether edges, or detail as fine as the blur, prevail, so that the extrapolation is that of edges.
+    /// Whether edges prevail, so that the extrapolation is that of edges.
     pub has_edges: bool,
-    /// Share of the total variation that the last σ loses against the first, 0 to 1. Above 0.25 detail is as fine as the blur, and the
-    /// area may be a tenth too large.
-    pub loss: f64,
+    /// Whether detail is as fine as the blur. It is taken for smooth; where it has edges, the area may be a tenth too small.
+    pub is_fine: bool,
 }
 
 /// The area of a volume by blurring it, in the caller's pool. The result does not depend on threads.
@@ -65,10 +64,17 @@ pub fn blurred_area(samples: &Samples) -> BlurredArea {
             best = next;
         }
     }
+    // Steps of the grid stand out most where edges are found, as σ counts more there.
+    if best.scale == BASE && best.order().1 {
+        let next = measured(BASE.next());
+        if next.are_edges_trusted() {
+            best = next;
+        }
+    }
     let (order, has_edges) = best.order();
     // Steps of the grid would disturb the finer σ where edges prevail.
     let used = if has_edges && best.scale.is_finer() { base } else { best };
-    BlurredArea { area: used.area(has_edges), u: None, order, has_edges, loss: best.loss() }
+    BlurredArea { area: used.area(has_edges), u: None, order, has_edges, is_fine: best.is_fine() }
 }
 
 /// Side of the blocks that are blurred one at a time.

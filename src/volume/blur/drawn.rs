@@ -79,7 +79,13 @@ impl Drawn<'_> {
             own.iter().zip(&self.blocks).map(|(own, (_, area))| (own - ratio * area).powi(2)).sum();
         let left = 1.0 - count / self.with_surface as f64;
         let u = self.total / known * (count * left * squares / (count - 1.0)).sqrt();
-        BlurredArea { area: ratio * self.total, u: Some(u), order, has_edges, loss: total.loss() }
+        BlurredArea {
+            area: ratio * self.total,
+            u: Some(u),
+            order,
+            has_edges,
+            is_fine: total.is_fine(),
+        }
     }
 
     /// The total variations of each block.

@@ -23,11 +23,20 @@ const LAST_LEVEL: u32 = 3;
 /// Loss between the first σ and the last, above which smooth bodies need finer σ: a tube of 6 spacings.
 const MUCH: f64 = 0.1;
 
+/// Loss of [`FINER`] of a ball of 3.5 spacings.
+const FINE: f64 = 0.25;
+
 /// Loss of [`BASE`] up to which σ may be doubled: a ball of 26 spacings. A body four times as large may have it doubled once more.
 const LITTLE: f64 = 0.01;
 
 /// Loss above which a coarser grid finds more than the curvature of the same faces: the other side of a wall, or a gap.
 const TRUSTED_LOSS: f64 = 0.06;
+
+/// The same of edges: a cube of 33 spacings.
+const TRUSTED_EDGES: f64 = 0.15;
+
+/// Order up to which a coarser grid finds edges alone.
+const TRUSTED_EDGE_ORDER: f64 = 1.25;
 
 /// Order above which the same holds: the loss by a wall begins late and grows fast.
 const TRUSTED_ORDER: f64 = 2.6;
@@ -39,6 +48,11 @@ impl Scale {
     /// The σ, in spacings of the grid of the level.
     pub(super) fn sigmas(self) -> [f64; 3] {
         [1.0, SQRT_2, 2.0].map(|times| times * self.first)
+    }
+
+    /// Twice the σ, on a grid twice as coarse.
+    pub(super) fn next(self) -> Scale {
+        Scale { level: self.level + 1, ..self }
     }
 
     /// Whether the σ are finer than those of [`BASE`].
@@ -82,7 +96,7 @@ impl Variations {
         let [fine, middle, coarse] = self.smooth();
         let (first, second) = (fine - middle, middle - coarse);
         let order = (first > 0.0 && second > 0.0).then(|| 2.0 * (second / first).log2());
-        (order, order.is_some_and(|order| order < EDGE_ORDER))
+        (order, !self.is_fine() && order.is_some_and(|order| order < EDGE_ORDER))
     }
 
     /// The share of the total variation that the last σ loses against the first.
@@ -91,9 +105,20 @@ impl Variations {
         if fine > 0.0 { 1.0 - coarse / fine } else { 0.0 }
     }
 
+    /// Whether detail is as fine as the blur: then the order says nothing of edges.
+    pub(super) fn is_fine(&self) -> bool {
+        self.scale.is_finer() && self.loss() > FINE
+    }
+
     /// Whether the loss is that of curvature or edges, not of walls.
     pub(super) fn is_trusted(&self) -> bool {
         self.loss() <= TRUSTED_LOSS && self.order().0.is_some_and(|order| order < TRUSTED_ORDER)
+    }
+
+    /// The same of edges, which lose more.
+    pub(super) fn are_edges_trusted(&self) -> bool {
+        self.loss() <= TRUSTED_EDGES
+            && self.order().0.is_some_and(|order| order < TRUSTED_EDGE_ORDER)
     }
 
     /// Finer σ, where these take much.
@@ -106,7 +131,7 @@ impl Variations {
         let level = self.scale.level;
         let most = LITTLE * (-4.0 * f64::from(level)).exp2();
         let may_grow = level < LAST_LEVEL && loss_of_base > 0.0 && loss_of_base <= most;
-        may_grow.then_some(Scale { level: level + 1, ..self.scale })
+        may_grow.then_some(self.scale.next())
     }
 
     /// The area at no blur.

@@ -394,15 +394,12 @@ fn cubic_area(
         order: blurred.order,
         has_edges: Some(blurred.has_edges),
         others,
-        is_fine: blurred.loss > FINE,
+        is_fine: blurred.is_fine,
     }
 }
 
 /// Samples up to which distances from the surface are looked at: some ten seconds.
 const TUBE_SAMPLES: u64 = 1 << 25;
-
-/// Share of the boundary that blur takes, above which its area is doubtful.
-const FINE: f64 = 0.25;
 
 /// s of the plain semi-local estimate, spacings.
 const PLAIN_REACH: f64 = 4.0;
@@ -422,7 +419,7 @@ fn reasons(
     let mut reasons = Vec::new();
     if is_fine {
         reasons.push(
-            "detail is as fine as the blur that the area comes from: it may be a tenth too large"
+            "detail is as fine as the blur that the area comes from: if it has edges, that may be a tenth too small"
                 .into(),
         );
     }
