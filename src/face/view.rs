@@ -8,7 +8,7 @@ use asphera_report::{
     CellKind, CellView, FaceView, GridView, Refusal, SliceRequest, VOLUME_VIEW_FORMAT, VolumeSlice,
     VolumeView,
 };
-use asphera_volume::{Case, CriticalKind, GridCheck, Histogram, SizeError};
+use asphera_volume::{Case, CriticalKind, GridCheck, Histogram, SizeError, Verdict};
 
 use crate::body::{Body, Lattice};
 use asphera_geometry::vector::{Vector, dot, minus};
@@ -155,9 +155,9 @@ fn grid(body: &Body, threshold: f64) -> Result<GridView, SizeError> {
     let order = |cell: &CellView| [cell.at[2], cell.at[1], cell.at[0]];
     cells.sort_by(|a, b| order(a).partial_cmp(&order(b)).unwrap_or(std::cmp::Ordering::Equal));
     let all = check.forbidden + check.case8_unpaired + check.c1 + check.c2;
-    let (_, why) = check.verdict(lattice.spacing_mm(), None);
+    let (verdict, why) = check.verdict_on_axes(lattice.steps_mm, None);
     Ok(GridView {
-        contradicted: check.is_contradicted(),
+        contradicted: verdict == Verdict::Contradicted,
         why,
         forbidden: check.forbidden,
         case8_unpaired: check.case8_unpaired,

@@ -132,6 +132,24 @@ impl GridCheck {
         self.forbidden + self.case8_unpaired > self.doubtful
     }
 
+    /// The verdict on a grid with any axes: `steps_mm` lead from a sample to the next along x, y and z. As [`GridCheck::verdict`].
+    pub fn verdict_on_axes(
+        &self,
+        steps_mm: [[f64; 3]; 3],
+        regular_mm: Option<f64>,
+    ) -> (Verdict, String) {
+        let dot = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let spacing_mm = steps_mm.map(|step| dot(step, step).sqrt());
+        let are_right = [(0, 1), (0, 2), (1, 2)].iter().all(|&(a, b)| {
+            dot(steps_mm[a], steps_mm[b]).abs() <= 2.0 * CUBIC * spacing_mm[a] * spacing_mm[b]
+        });
+        if are_right {
+            return self.verdict(spacing_mm, regular_mm);
+        }
+        let why = "the axes are not at right angles: the theorems hold for cubes only";
+        (Verdict::Unknown, why.into())
+    }
+
     /// The verdict on a grid of spacing `spacing_mm` along x, y and z, with the reason in words.
     ///
     /// `regular_mm` is the r of the part, where the user states it: its least local feature size on both sides, mm.

@@ -14,6 +14,7 @@ const { diverging, sequential } = await load("colours.js");
 const { Frames, rings, within } = await load("frames.js");
 const { columns, gaps, lengthOf } = await load("pieces.js");
 const { knots } = await load("knots.js");
+const { areAlong, areRight, placeMm } = await load("lattice.js");
 const series = await load("series.js");
 const plain = (text) => text.replaceAll("\u202f", " ").replaceAll("−", "-");
 
@@ -22,6 +23,15 @@ test("lines of a contour end alone, or meet", () => {
   assert.deepEqual(knots([line([[0, 0], [1, 0], [1, 1]], true), line([])]), { ends: [], junctions: [] });
   const cross = [[1, 0], [0, 1], [-1, 0]].map((end) => line([[0, 0], [end[0] / 2, end[1] / 2], end]));
   assert.deepEqual(knots(cross), { ends: [[1, 0], [0, 1], [-1, 0]], junctions: [[0, 0]] });
+});
+
+test("a slice of a turned or slanted grid has no one coordinate", () => {
+  const along = [[0.1, 0, 0], [0, -0.1, 0], [0, 0, 0.2]];
+  const turned = [[0, 0.1, 0], [0.1, 0, 0], [0, 0, 0.2]];
+  const slanted = [[0.1, 0, 0], [0.05, 0.1, 0], [0, 0, 0.2]];
+  assert.deepEqual([along, turned, slanted].map(areAlong), [true, false, false]);
+  assert.deepEqual([along, turned, slanted].map(areRight), [true, true, false]);
+  assert.deepEqual(placeMm([1, 2, 3], slanted, [10, 20, 5]), [3, 4, 4]);
 });
 
 test("what is absent is a dash, never a zero", () => {

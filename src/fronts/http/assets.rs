@@ -65,6 +65,7 @@ const ASSETS: &[Asset] = assets![
     JS "frames.js",
     JS "histogram.js",
     JS "knots.js",
+    JS "lattice.js",
     JS "layers.js",
     JS "light.js",
     JS "links.js",

@@ -65,12 +65,13 @@ fn sampled(values: &[f64; 8], pieces: usize) -> Option<[[u64; 2]; 2]> {
     Some(found)
 }
 
-/// Random cells have the components and tunnels that a finer grid of the function shows. `ASPHERA_CELLS` asks for
-/// another number of them than 10⁴.
+/// Random cells have the components and tunnels that a finer grid of the function shows. 10⁴ of them, 10⁶ with
+/// `ASPHERA_LONG`; `ASPHERA_CELLS` asks for another number.
 #[test]
 fn cells_have_the_topology_of_the_function() {
     let asked = std::env::var("ASPHERA_CELLS").ok();
-    let count: usize = asked.and_then(|count| count.parse().ok()).unwrap_or(10_000);
+    let usual = if std::env::var_os("ASPHERA_LONG").is_some() { 1_000_000 } else { 10_000 };
+    let count: usize = asked.and_then(|count| count.parse().ok()).unwrap_or(usual);
     let mut random = Random(7);
     let (mut tunnels, mut open) = (0, Vec::new());
     for number in 0..count {

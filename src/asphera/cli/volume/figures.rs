@@ -180,7 +180,7 @@ pub(super) fn of(
     let spacing_mm = frame.spacing_mm();
     let check = GridCheck::with_missing(samples, &histogram, opened.missing.as_ref());
     let given = args.nominal.as_deref().map(part).transpose()?;
-    let nominal = given.map(|part| nominal::of(&part, spacing_mm, &check)).transpose()?;
+    let nominal = given.map(|part| nominal::of(&part, frame.steps_mm, &check)).transpose()?;
     let grid = grid(args, opened, &check, nominal);
     let pieces = &surface.pieces;
     let surfaces = pieces.iter().map(|piece| PieceFigures {
@@ -247,12 +247,7 @@ fn grid(
     nominal: Option<NominalFigures>,
 ) -> GridFigures {
     let spacing_mm = opened.frame.spacing_mm();
-    let (mut known, mut why) = check.verdict(spacing_mm, args.regular);
-    // Of slanted axes no theorem says anything, neither for nor against.
-    if !opened.frame.is_orthogonal() {
-        known = Verdict::Unknown;
-        why = "the axes are not at right angles: the theorems hold for cubes only".into();
-    }
+    let (mut known, mut why) = check.verdict_on_axes(opened.frame.steps_mm, args.regular);
     if known == Verdict::Proved {
         let doubt = if opened.levels.missing > 0 {
             Some("samples are missing: what lies there is not known")

@@ -25,10 +25,10 @@ pub(super) struct NominalFigures {
     pub(super) known: Verdict,
 }
 
-/// Compares the reach of a nominal over its aperture with the spacing.
+/// Compares the reach of a nominal over its aperture with the steps between samples.
 pub(super) fn of(
     part: &Part,
-    spacing_mm: [f64; 3],
+    steps_mm: [[f64; 3]; 3],
     check: &GridCheck,
 ) -> Result<NominalFigures, Failure> {
     if part.reference.is_some() {
@@ -51,10 +51,13 @@ pub(super) fn of(
             known: Verdict::Unknown,
         });
     };
-    let coarsest_mm = spacing_mm.iter().copied().fold(0.0, f64::max);
+    let coarsest_mm = steps_mm
+        .iter()
+        .map(|step| step.iter().map(|side| side * side).sum::<f64>().sqrt())
+        .fold(0.0, f64::max);
     // Nothing is asked of the grid by a plane.
     let (known, why) = if reach_mm.is_finite() {
-        check.verdict(spacing_mm, Some(reach_mm))
+        check.verdict_on_axes(steps_mm, Some(reach_mm))
     } else {
         (Verdict::Unknown, "a plane asks for no spacing".to_owned())
     };

@@ -147,8 +147,12 @@ fn what_cannot_be_measured_is_said() {
     assert!(above.contains("up to the largest 255, found 300"), "{above}");
     assert!(message(&ball(), &["--spacing", "1", "--part", "2"]).contains("--part 2"));
     assert!(message(b"1 2 3", &["--spacing", "1"]).contains("expected a volume"));
-    for more in [["--spacing", "0"], ["--regular", "-1"], ["--refine", "9"], ["--part", "0"]] {
+    for more in [["--spacing", "0"], ["--refine", "9"], ["--part", "0"]] {
         assert!(figures_of(&ball(), "vol", &more).is_err(), "{more:?}");
+    }
+    for more in [["--regular", "-1"], ["--spacing", "-0.1"]] {
+        let said = message(&ball(), &more);
+        assert!(said.contains("expected a length in mm above 0, found `-"), "{said}");
     }
 }
 
@@ -225,6 +229,51 @@ fn grey_values_unequal_spacing_and_missing_samples_are_told() {
     let mesh = found["measures"]["volume_mm3"]["by"]["mesh"].as_f64().unwrap();
     assert!((mesh / truth - 1.0).abs() < 0.05, "{mesh} {truth}");
     assert!(found["reasons"].to_string().contains("mm is assumed"));
+}
+
+/// A missing sample is background, infinite too; the cells of the surface beside it are counted, and contradict nothing.
+#[test]
+fn cells_beside_missing_samples_are_counted() {
+    for lacking in [f32::NAN, f32::INFINITY] {
+        let mut file =
+            b"NRRD0004\ntype: float\ndimension: 3\nsizes: 12 12 12\nencoding: raw\nendian: little\n\
+            spacings: 0.1 0.1 0.1\n\n"
+                .to_vec();
+        for index in 0..1728 {
+            let at = [index % 12, index / 12 % 12, index / 144].map(|place| place as f32 - 5.5);
+            let distance = at.iter().map(|place| place * place).sum::<f32>().sqrt();
+            // One amid the material, and two diagonal neighbours of one slice: C1.
+            let is_lacking = [786, 799].contains(&index);
+            let value = if is_lacking { lacking } else { 4.2 - distance };
+            file.extend(value.to_le_bytes());
+        }
+        let found = figures_of(&file, "nrrd", &["--threshold", "0", "--regular", "0.4"]).unwrap();
+        assert_eq!(found["volume"]["missing"], 2);
+        // Eight cells about each; the two share two of them.
+        assert_eq!(found["volume"]["missing_cells"], 14);
+        assert!(found["grid"]["doubtful"].as_u64().unwrap() > 0);
+        assert_eq!(found["grid"]["verdict"], "unknown", "{}", found["grid"]);
+        assert!(found["reasons"].to_string().contains("14 cells of the surface lie beside one"));
+    }
+}
+
+/// Noise on voxels that are no cubes, or whose axes are slanted, contradicts nothing: no theorem says anything of them.
+#[test]
+fn no_theorem_speaks_of_slanted_or_unequal_axes() {
+    for (axes, verdict) in [
+        ("(1,0,0) (0,1,0) (0,0,1)", "contradicted"),
+        ("(1,0,0) (0,1,0) (0,0,3)", "unknown"),
+        ("(1,0,0) (0.6,0.8,0) (0,0,1)", "unknown"),
+    ] {
+        let mut file = format!(
+            "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 4 4 4\nspace directions: {axes}\n\
+             encoding: raw\n\n"
+        )
+        .into_bytes();
+        file.extend((0..64).map(|index| u8::from([21, 42].contains(&index))));
+        let found = figures_of(&file, "nrrd", &["--regular", "9"]).unwrap();
+        assert_eq!(found["grid"]["verdict"], verdict, "{axes}");
+    }
 }
 
 /// Two corners of a cell on its space diagonal, which trilinear interpolation of the values joins and that of their signs does not.

@@ -3,6 +3,7 @@
 import { css } from "./colours.js";
 import { byId, colour, make, setText } from "./dom.js";
 import { fixed, known, signedNm, significant } from "./format.js";
+import { areAlong, placeMm } from "./lattice.js";
 import { askStation } from "./token.js";
 
 const WITHIN = [[1, 2], [0, 2], [0, 1]];
@@ -94,9 +95,11 @@ export class SliceView {
   }
 
   #sayPlace() {
-    const step = this.#volume.steps_mm[this.#axis];
-    const at = this.#volume.origin_mm[this.#axis] + this.index * step[this.#axis];
-    const text = `${this.#name} = ${fixed(at, 3)} mm`;
+    const { steps_mm, origin_mm } = this.#volume;
+    // Of turned or slanted axes a slice has no one coordinate.
+    const text = areAlong(steps_mm)
+      ? `${this.#name} = ${fixed(origin_mm[this.#axis] + this.index * steps_mm[this.#axis][this.#axis], 3)} mm`
+      : `slice ${this.index} of axis ${this.#name}`;
     setText(byId(`slice-${this.#name}-place`), text);
     this.#slider.setAttribute("aria-valuetext", `${text}, slice ${this.index} of ${this.#volume.size[this.#axis]}`);
   }
@@ -218,11 +221,14 @@ export class SliceView {
     const [black, white] = this.#volume.shown_range;
     const grey = byte === 0 ? "no value" : `about ${significant(black + ((byte - 1) / 254) * (white - black), 4)}`;
     const near = points.find(([x, y]) => Math.hypot(x - column, y - row) < 1);
-    const [u, v] = WITHIN[this.#axis].map((axis, side) => {
-      const mm = this.#volume.origin_mm[axis] + [column, row][side] * this.#volume.steps_mm[axis][axis];
-      return `${NAMES[axis]} ${fixed(mm, 3)}`;
-    });
-    setText(readout, `${u}, ${v} mm: ${grey}${near && known(near[2]) ? `; deviation ${signedNm(near[2])} nm` : ""}`);
+    const sample = [0, 0, 0];
+    sample[this.#axis] = this.index;
+    WITHIN[this.#axis].forEach((axis, side) => { sample[axis] = [column, row][side]; });
+    const mm = placeMm(this.#volume.origin_mm, this.#volume.steps_mm, sample);
+    // Along turned or slanted axes all three coordinates change.
+    const axes = areAlong(this.#volume.steps_mm) ? WITHIN[this.#axis] : [0, 1, 2];
+    const where = axes.map((axis) => `${NAMES[axis]} ${fixed(mm[axis], 3)}`).join(", ");
+    setText(readout, `${where} mm: ${grey}${near && known(near[2]) ? `; deviation ${signedNm(near[2])} nm` : ""}`);
   }
 }
 

@@ -3,6 +3,7 @@
 import { diverging } from "./colours.js";
 import { byId, setRows, setText } from "./dom.js";
 import { DASH, count, fixed, significant } from "./format.js";
+import { areRight } from "./lattice.js";
 import { LAYERS } from "./layers.js";
 import { SliceView } from "./slice.js";
 import { SolidView } from "./solid.js";
@@ -131,7 +132,8 @@ export class Volume {
     const faces = view.faces.map(({ points, gathered }, index) =>
       `${["first", "second"][index]} face ${count(points)} points${gathered > 1 ? `, in cubes of ${gathered} spacings` : ""}`);
     const [black, white] = view.shown_range.map((value) => significant(value, 4));
-    setText(byId("volume-note"), `${view.size.map(count).join(" × ")} samples, ${smoothed}, black ${black} to white ${white}; line at the threshold ${significant(view.threshold, 5)}; ${faces.join("; ") || "no face"}.`);
+    const slanted = areRight(view.steps_mm) ? "" : " The axes of the grid are not at right angles: slices are drawn as if they were.";
+    setText(byId("volume-note"), `${view.size.map(count).join(" × ")} samples, ${smoothed}, black ${black} to white ${white}; line at the threshold ${significant(view.threshold, 5)}; ${faces.join("; ") || "no face"}.${slanted}`);
     const { forbidden, case8_unpaired: unpaired, c1, c2, why, left_out: leftOut } = view.grid;
     const found = `${count(forbidden)} forbidden cells, ${count(unpaired)} of case 8 without a partner, ${count(c1)} C1, ${count(c2)} C2`;
     const more = leftOut > 0 ? ` ${count(leftOut)} more are not listed.` : "";

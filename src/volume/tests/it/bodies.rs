@@ -3,6 +3,8 @@
 //! A body is the set of points within `thickness` of a curve: then r is the smaller of the thickness and what the curve's own
 //! reach leaves outside. Tori, links of two tori, tubes, knots and chains of balls are such bodies.
 
+use std::f64::consts::{PI, TAU};
+
 use asphera_volume::Samples;
 
 use crate::knots::Knot;
@@ -20,6 +22,9 @@ pub(crate) struct Body {
     /// Euler number of the boundary.
     pub(crate) surface_euler: i64,
     pub(crate) components: u64,
+    /// Volume and area of the boundary (Weyl: of a tube about a closed curve its section, or the girth of that, times its length).
+    pub(crate) volume: f64,
+    pub(crate) area: f64,
     extent: f64,
 }
 
@@ -42,15 +47,25 @@ impl Body {
             regular,
             surface_euler,
             components: 1,
+            volume: 0.0,
+            area: 0.0,
             extent: 0.0,
         }
+    }
+
+    /// The volume and area of `balls` balls and tubes `length` long, all as thick as the body.
+    fn with_size(mut self, balls: f64, length: f64) -> Body {
+        let t = self.thickness;
+        self.volume = balls * 4.0 / 3.0 * PI * t.powi(3) + PI * t * t * length;
+        self.area = balls * 4.0 * PI * t * t + 2.0 * PI * t * length;
+        self
     }
 
     pub(crate) fn ball(radius: f64) -> Body {
         let mut body = Body::of("ball", radius, radius, 2);
         body.segments.push([[0.0; 3]; 2]);
         body.extent = radius;
-        body
+        body.with_size(1.0, 0.0)
     }
 
     /// A tube about a segment.
@@ -58,7 +73,7 @@ impl Body {
         let mut body = Body::of("capsule", radius, radius, 2);
         body.segments.push([[0.0, 0.0, -length / 2.0], [0.0, 0.0, length / 2.0]]);
         body.extent = radius + length / 2.0;
-        body
+        body.with_size(1.0, length)
     }
 
     /// A torus: the outer reach is what is left of the hole.
@@ -66,7 +81,7 @@ impl Body {
         let mut body = Body::of("torus", tube, tube.min(ring - tube), 0);
         body.rings.push(Ring { centre: [0.0; 3], axes: XY, radius: ring });
         body.extent = ring + tube;
-        body
+        body.with_size(0.0, TAU * ring)
     }
 
     /// Two linked tori: each passes through the middle of the other's hole.
@@ -78,7 +93,7 @@ impl Body {
         body.rings.push(Ring { centre: [ring / 2.0, 0.0, 0.0], axes: XZ, radius: ring });
         body.components = 2;
         body.extent = 1.5 * ring + tube;
-        body
+        body.with_size(0.0, 2.0 * TAU * ring)
     }
 
     /// Balls in a row that do not touch.
@@ -91,7 +106,7 @@ impl Body {
         }
         body.components = count as u64;
         body.extent = 2.0 * radius * count as f64;
-        body
+        body.with_size(count as f64, 0.0)
     }
 
     /// A tube about a torus knot, half as thick as the reach of the knot: so much is left outside of it.
@@ -100,8 +115,9 @@ impl Body {
         let tube = 0.499 * knot.reach();
         let mut body = Body::of("knot", tube, tube, 0);
         body.extent = radii[0] + radii[1] + tube;
+        let length = knot.length();
         body.knot = Some(knot);
-        body
+        body.with_size(0.0, length)
     }
 
     /// Any of the bodies above but a knot, of any proportions.

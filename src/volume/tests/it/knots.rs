@@ -62,6 +62,13 @@ impl Knot {
         reach
     }
 
+    /// The length: by the trapezium rule, which converges with every order on a closed curve.
+    pub(crate) fn length(&self) -> f64 {
+        let speed =
+            |index| dot(self.jet(parameter(index))[1], self.jet(parameter(index))[1]).sqrt();
+        (0..PLACES).map(speed).sum::<f64>() * std::f64::consts::TAU / PLACES as f64
+    }
+
     /// The distance of a point, if it is below `most`.
     pub(crate) fn distance(&self, point: [f64; 3], most: f64) -> Option<f64> {
         let square = |index: usize| {

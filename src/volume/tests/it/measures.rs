@@ -66,6 +66,50 @@ fn bounds_of_the_volume_hold_the_truth() {
     assert!((with_r - 0.151).abs() < 0.006, "{with_r}");
 }
 
+/// Volumes and areas of random bodies in random poses lie within their certain bounds: of 300, 10,000 with `ASPHERA_LONG`. Both widths are
+/// well below n·(4/3)πr'³ of the source, n the number of mixed cells.
+#[test]
+fn bounds_hold_for_random_bodies() {
+    let mut random = Random::new(29);
+    let rounds = if std::env::var_os("ASPHERA_LONG").is_some() { 10_000 } else { 300 };
+    let (mut widest, mut sum, mut areas) = ([0.0_f64; 2], [0.0; 2], 0);
+    for round in 0..rounds {
+        let body = match round % 100 {
+            99 => Body::knot([2, 3], [random.between(2.5, 4.0), random.between(0.9, 1.3)]),
+            _ => Body::random(&mut random),
+        };
+        let h = random.between(0.2, 0.57) * body.regular;
+        let samples = body.digitized(h, &mut random);
+        let histogram = Histogram::new(&samples);
+        let r = body.regular / h;
+        let truth = body.volume / h.powi(3);
+        let of_source = histogram.mixed() as f64 * 4.0 / 3.0 * PI * 0.75_f64.sqrt().powi(3);
+        for (index, regular) in [None, Some(r)].into_iter().enumerate() {
+            let bounds = VolumeBounds::new(&samples, regular);
+            assert!(
+                bounds.low <= truth && truth <= bounds.high,
+                "{round} {} {bounds:?}",
+                body.name
+            );
+            let width = (bounds.high - bounds.low) / of_source;
+            widest[index] = widest[index].max(width);
+            sum[index] += width;
+        }
+        let s = r / 2.0;
+        if let Some([low, high]) = tube_counts(&samples, &[s])
+            .and_then(|counts| area_bounds(counts[0], s, body.surface_euler, r))
+        {
+            let truth = body.area / (h * h);
+            assert!(low <= truth && truth <= high, "{round} {}: {low} {truth} {high}", body.name);
+            areas += 1;
+        }
+    }
+    let mean = sum.map(|sum| sum / f64::from(rounds));
+    eprintln!("widths over the source's: largest {widest:?}, mean {mean:?}; {areas} areas");
+    assert!(widest.iter().all(|&width| width <= 0.6), "{widest:?}");
+    assert!(areas > rounds / 6, "{areas}");
+}
+
 #[test]
 fn nothing_has_no_volume_and_no_area() {
     let nothing = Samples::background([5, 5, 5]).unwrap();

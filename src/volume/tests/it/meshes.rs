@@ -46,10 +46,15 @@ impl Outward for Surface {
     }
 }
 
+/// Random volumes of 8³ samples: 10⁶ with `ASPHERA_LONG`.
+fn random_volumes(usual: usize) -> usize {
+    if std::env::var_os("ASPHERA_LONG").is_some() { 1_000_000 } else { usual }
+}
+
 #[test]
 fn random_volumes_give_closed_oriented_manifolds() {
     let mut random = Random::new(1);
-    for round in 0..400 {
+    for round in 0..random_volumes(400) {
         let share = random.between(0.05, 0.95);
         let samples = random.volume([8, 8, 8], share);
         for rule in RULES {
@@ -141,7 +146,7 @@ fn every_method_gives_a_closed_oriented_manifold() {
 #[test]
 fn majority_interpolation_is_well_composed_for_every_volume() {
     let mut random = Random::new(7);
-    for _ in 0..300 {
+    for _ in 0..random_volumes(300) {
         let share = random.between(0.05, 0.95);
         let samples = random.volume([8, 8, 8], share);
         for which in [Majority::Foreground, Majority::Complement] {
