@@ -322,7 +322,7 @@ fn rise(skin: &Skin, laid: &Laid, along: Option<usize>) -> f64 {
 
 /// The waves that blur takes from the form, in words.
 fn lost(response: Response) -> Option<String> {
-    let [one_mm, five_mm] = [0.01, 0.05].map(|share| response.kept_above_mm(share));
+    let [one_mm, five_mm] = [0.01, 0.05].map(|share| response.least_mm(share));
     (one_mm > 0.0).then(|| {
         format!(
             "form in waves shorter than {one_mm:.3} mm loses more than 1 % of its height to the blur, shorter than {five_mm:.3} mm more than \

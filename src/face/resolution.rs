@@ -25,7 +25,7 @@ impl Response {
     }
 
     /// The length, mm, above which all waves keep their height to `share`; 0 without blur.
-    pub(crate) fn kept_above_mm(self, share: f64) -> f64 {
+    pub(crate) fn least_mm(self, share: f64) -> f64 {
         let steps = 4000;
         let lengths =
             (1..=steps).map(|step| LONGEST * self.blur_mm * f64::from(step) / f64::from(steps));
@@ -73,7 +73,7 @@ mod tests {
 
     /// Waves on a plane, whose blurred values are known for a low wave: the part of the height that is found is the one expected.
     #[test]
-    fn faces_keep_of_a_wave_what_the_response_says() {
+    fn waves_have_the_height_that_the_response_says() {
         for length in [12.0, 15.0, 20.0, 30.0] {
             let (sigma, height, h_mm) = (1.0_f64, 0.02, 0.1);
             let k = TAU / length;
@@ -127,8 +127,8 @@ mod tests {
         let response = Response { blur_mm: 1.0, reach_mm: 4.0, taken: 1.2 };
         assert!((response.of_wave(100.0) - 1.0).abs() < 1e-3);
         assert!(response.of_wave(3.0) < 0.2);
-        let [one, five] = [0.01, 0.05].map(|share| response.kept_above_mm(share));
+        let [one, five] = [0.01, 0.05].map(|share| response.least_mm(share));
         assert!(one > five && (response.of_wave(five) - 0.95).abs() < 2e-3, "{one} {five}");
-        assert_eq!(Response { blur_mm: 0.0, ..response }.kept_above_mm(0.01), 0.0);
+        assert_eq!(Response { blur_mm: 0.0, ..response }.least_mm(0.01), 0.0);
     }
 }

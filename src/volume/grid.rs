@@ -34,7 +34,7 @@ pub struct GridCheck {
     /// sample. They contradict nothing.
     pub doubtful: u64,
     /// Cells with surface that have a corner on a missing sample.
-    pub beside_missing: u64,
+    pub near_missing: u64,
 }
 
 /// A critical configuration: the union of the voxels of the foreground, or of the background, is no manifold there.
@@ -97,7 +97,7 @@ impl GridCheck {
         let c2 = histogram.count_where(|code| fact(code).is_c2);
         // Two cells share every face between them.
         let c1 = histogram.sum_whole(|code| i64::from(fact(code).c1_faces.count_ones())) as u64 / 2;
-        let (mut unpaired, mut doubtful, mut beside_missing) = (0, 0, 0);
+        let (mut unpaired, mut doubtful, mut near_missing) = (0, 0, 0);
         let (mut places, mut critical) = (Vec::new(), Vec::new());
         if case8 + forbidden > 0 || missing.is_some() {
             let scan = Scanned { samples, missing };
@@ -106,7 +106,7 @@ impl GridCheck {
             for layer in layers {
                 unpaired += layer.unpaired;
                 doubtful += layer.doubtful;
-                beside_missing += layer.beside_missing;
+                near_missing += layer.near_missing;
                 let room = PLACES - places.len();
                 places.extend(layer.places.into_iter().take(room));
                 let room = PLACES - critical.len();
@@ -123,7 +123,7 @@ impl GridCheck {
             places,
             critical,
             doubtful,
-            beside_missing,
+            near_missing,
         }
     }
 
@@ -215,7 +215,7 @@ struct Scanned<'a> {
 
 impl Scanned<'_> {
     /// Whether a cell has a corner on a missing sample.
-    fn is_beside_missing(self, cell: [usize; 3]) -> bool {
+    fn is_near_missing(self, cell: [usize; 3]) -> bool {
         self.missing.is_some_and(|missing| missing.code(cell) != 0)
     }
 
@@ -223,7 +223,7 @@ impl Scanned<'_> {
     fn is_doubtful(self, cell: [usize; 3]) -> bool {
         let size = self.samples.size();
         let is_at_border = (0..3).any(|axis| cell[axis] == 0 || cell[axis] == size[axis]);
-        is_at_border || self.is_beside_missing(cell)
+        is_at_border || self.is_near_missing(cell)
     }
 }
 
@@ -233,7 +233,7 @@ struct Layer {
     /// Cells of case 8 without a partner.
     unpaired: u64,
     doubtful: u64,
-    beside_missing: u64,
+    near_missing: u64,
     places: Vec<Violation>,
     critical: Vec<Critical>,
 }
@@ -251,7 +251,7 @@ impl Layer {
         let facts = facts()[usize::from(code)];
         let is_alone = facts.case == Case::Paired && !has_partner(scan.samples, cell, code);
         self.unpaired += u64::from(is_alone);
-        self.beside_missing += u64::from(scan.is_beside_missing(cell));
+        self.near_missing += u64::from(scan.is_near_missing(cell));
         let centre = cell.map(|place| place as f64 - 0.5);
         if is_alone || facts.case == Case::Forbidden {
             let is_doubtful =

@@ -24,12 +24,12 @@ fn a_cut_at_the_border_contradicts_nothing() {
     let beside = check(&at(2, [6, 6, 6]), Some(&missing));
     assert!(
         !beside.is_contradicted()
-            && beside.beside_missing == Histogram::new(&at(2, [6, 6, 6])).mixed()
+            && beside.near_missing == Histogram::new(&at(2, [6, 6, 6])).mixed()
     );
     // One that is far away changes nothing.
     let far = Samples::from_fn([6, 6, 6], |x, y, z| x + y + z == 0).unwrap();
     let found = check(&at(2, [6, 6, 6]), Some(&far));
-    assert!(found.is_contradicted() && found.beside_missing == 0);
+    assert!(found.is_contradicted() && found.near_missing == 0);
 }
 
 /// What the theorems forbid, they forbid for cubes.
