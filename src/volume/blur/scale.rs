@@ -23,8 +23,8 @@ const LAST_LEVEL: u32 = 3;
 /// Loss between the first σ and the last, above which smooth bodies need finer σ: a tube of 6 spacings.
 const MUCH: f64 = 0.1;
 
-/// Loss of [`FINER`] of a ball of 3.5 spacings.
-const FINE: f64 = 0.25;
+/// Loss of [`FINER`] of a ball of 4 spacings.
+const FINE: f64 = 0.2;
 
 /// Loss of [`BASE`] up to which σ may be doubled: a ball of 26 spacings. A body four times as large may have it doubled once more.
 const LITTLE: f64 = 0.01;
