@@ -195,6 +195,7 @@ mod tests {
         solid.iter().for_each(|[x, y, z]| values[(z * 8 + y) * 8 + x] = 100.0);
         let steps_mm = [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.2]];
         let lattice = Lattice { origin_mm: [1.0, 2.0, 3.0], steps_mm };
+        let of_solid = values.clone();
         let body = Body::new(Scan { values, size, lattice }, 0.0);
         let points_mm = [[1.1, 2.1, 3.2], [1.2, 2.1, 3.2], [1.7, 2.7, 4.4]];
         let face = MeasuredFace { points_mm: &points_mm, deviations_nm: &[10.0, 20.04, f64::NAN] };
@@ -202,8 +203,14 @@ mod tests {
         let view = viewer.view();
         let GridView { contradicted, forbidden, case8_unpaired, c1, c2, cells, left_out, .. } =
             &view.grid;
-        // Both cells at the edge have 2 samples of 8: no partners, for a partner of 2 has 6.
-        assert_eq!((*contradicted, *forbidden, *case8_unpaired), (true, 1, 2));
+        // Both cells at the edge have 2 samples of 8: no partners, for a partner of 2 has 6. On voxels that are no cubes that
+        // contradicts nothing.
+        assert_eq!((*contradicted, *forbidden, *case8_unpaired), (false, 1, 2));
+        let cubes =
+            Lattice { steps_mm: [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]], ..lattice };
+        let body = Body::new(Scan { values: of_solid, size, lattice: cubes }, 0.0);
+        let on_cubes = VolumeViewer::new(body, 50.0, &[]).unwrap();
+        assert!(on_cubes.view().grid.contradicted);
         assert_eq!((*c1, *c2, *left_out), (1, 1, 0));
         let found: Vec<_> = cells.iter().map(|cell| (cell.kind, cell.at)).collect();
         let corner = [5.5, 5.5, 5.5];

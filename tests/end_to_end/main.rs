@@ -54,3 +54,4 @@ mod tray;
 mod twice;
 mod unknown;
 mod volume_page;
+mod volume_peers;

@@ -96,13 +96,12 @@ impl FaceArgs {
 
     /// Those of a part of which both faces are measured.
     pub(super) fn of_pair(second: PathBuf) -> FaceArgs {
-        FaceArgs {
-            threshold: None,
-            u_threshold: None,
-            spacing: None,
-            smooth: SMOOTHING,
-            second: Some(second),
-        }
+        FaceArgs { second: Some(second), ..FaceArgs::of_face(None, None) }
+    }
+
+    /// Those of one face.
+    pub(super) fn of_face(threshold: Option<Threshold>, spacing: Option<[f64; 3]>) -> FaceArgs {
+        FaceArgs { threshold, u_threshold: None, spacing, smooth: SMOOTHING, second: None }
     }
 
     /// The nominal of the other face.

@@ -1,6 +1,7 @@
 //! `asphera volume`: a volume becomes a surface, with what is certain of it.
 
 mod figures;
+mod form;
 mod meshed;
 mod nominal;
 pub(super) mod opened;
@@ -16,7 +17,7 @@ use asphera_volume::{Ambiguity, BALL_RADIUS, Blend, MAX_REFINE, Majority, Method
 use clap::{Args, ValueEnum};
 
 use super::exit::Exit;
-use super::files::refuse;
+use super::files::{part, refuse};
 use super::output::{Failure, print, print_json, write_json};
 use super::progress::Progress;
 use super::threads::ThreadArgs;
@@ -37,8 +38,8 @@ pub(super) struct VolumeArgs {
     /// radius of curvature, or half its thinnest wall or gap.
     #[arg(long, value_name = "R_MM", value_parser = length, allow_hyphen_values = true)]
     regular: Option<f64>,
-    /// A nominal of the part: the reach of its face, the smallest local feature size on both sides, against the spacing. It says nothing
-    /// of the rest of the part.
+    /// A nominal of the part: the form of its face, and the reach of that, the smallest local feature size on both sides, against the
+    /// spacing. It says nothing of the rest of the part.
     #[arg(long, value_name = "FILE")]
     nominal: Option<PathBuf>,
     /// How the samples become a surface: modified marching cubes, majority interpolation, its complement, balls about the samples,
@@ -176,7 +177,13 @@ pub(super) fn run(args: &VolumeArgs) -> Result<Exit, Failure> {
         progress.stage("making the surface");
         let surface = meshed::of(args, &opened, &meshes)?;
         progress.stage("measuring");
-        figures::of(args, &opened, &surface)
+        let given = args.nominal.as_deref().map(part).transpose()?;
+        let mut report = figures::of(args, &opened, &surface, given.as_ref())?;
+        drop(opened);
+        if let Some(part) = given {
+            form::add(&mut report, args, part, &progress);
+        }
+        Ok(report)
     };
     let report = args.threads.run(work)?;
     if let Some(path) = &report_file {

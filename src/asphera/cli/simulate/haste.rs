@@ -11,8 +11,15 @@ pub(super) fn refuse_haste(config: &Config, speed: Speed) -> Result<(), Failure>
     if config.sync.time.is_none() || speed == Speed::Times(1.0) {
         return Ok(());
     }
-    Err("--speed: expected 1, found another: devices are joined by time, so bytes must come when they came. Leave --speed out, or use asphera replay"
-        .into())
+    let found = match speed {
+        Speed::Max => "max".to_owned(),
+        Speed::Times(times) => times.to_string(),
+    };
+    Err(format!(
+        "--speed: expected 1, found {found}: devices are joined by time, so bytes must come when they came. Leave --speed out, or use asphera \
+         replay"
+    )
+    .into())
 }
 
 /// Lets readings of one link wait for those of another however far it is ahead, and a silence pass. The keys that were changed.
@@ -80,9 +87,12 @@ mod tests {
         let load = |name: &str| Config::load(&examples.join(name)).expect("an example");
         let by_time = load("laser-sensor-by-time.toml");
         assert!(refuse_haste(&by_time, Speed::Times(1.0)).is_ok());
-        for speed in [Speed::Max, Speed::Times(10.0)] {
+        for (speed, word) in [(Speed::Max, "max"), (Speed::Times(10.0), "10")] {
             let error = refuse_haste(&by_time, speed).expect_err("refused").to_string();
-            assert!(error.contains("joined by time"), "{error}");
+            assert!(
+                error.contains(&format!("found {word}: devices are joined by time")),
+                "{error}"
+            );
             assert!(refuse_haste(&load("om30-line.toml"), speed).is_ok());
         }
     }

@@ -1,6 +1,8 @@
 //! The figures of a volume as JSON writes them: `asphera.volume/1`.
 
 use asphera_formats::volume::UnitKnown;
+use asphera_measure::Part;
+use asphera_report::FormFigures;
 use asphera_volume::{
     Ambiguity, BALL_RADIUS, GridCheck, Histogram, Majority, SurfaceFigures, Topology, Verdict,
     VolumeBounds, area_bounds, ball_fractions, blurred_area, counting_uncertainty, difference_area,
@@ -10,7 +12,6 @@ use asphera_volume::{
 use clap::ValueEnum as _;
 use serde::Serialize;
 
-use super::super::files::part;
 use super::super::output::Failure;
 use super::VolumeArgs;
 use super::nominal::{self, NominalFigures};
@@ -26,6 +27,9 @@ pub(super) struct VolumeReport {
     pub(super) topology: TopologyFigures,
     pub(super) measures: Measures,
     pub(super) mesh: MeshFigures,
+    /// The form of the face of `--nominal`, as in `asphera.report/1`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) form: Option<FormFigures>,
     /// What the figures must be read with.
     pub(super) reasons: Vec<String>,
 }
@@ -173,14 +177,14 @@ pub(super) fn of(
     args: &VolumeArgs,
     opened: &Opened,
     surface: &SurfaceFigures,
+    given: Option<&Part>,
 ) -> Result<VolumeReport, Failure> {
     let Opened { samples, frame, .. } = opened;
     let histogram = Histogram::new(samples);
     let topology = Topology::new(samples, &histogram);
     let spacing_mm = frame.spacing_mm();
     let check = GridCheck::with_missing(samples, &histogram, opened.missing.as_ref());
-    let given = args.nominal.as_deref().map(part).transpose()?;
-    let nominal = given.map(|part| nominal::of(&part, frame.steps_mm, &check)).transpose()?;
+    let nominal = given.map(|part| nominal::of(part, frame.steps_mm, &check)).transpose()?;
     let grid = grid(args, opened, &check, nominal);
     let pieces = &surface.pieces;
     let surfaces = pieces.iter().map(|piece| PieceFigures {
@@ -212,6 +216,7 @@ pub(super) fn of(
             touches_border: samples.touches_border(),
             parts: opened.parts,
         },
+        form: None,
         reasons: reasons(opened, &topology, check.near_missing, measures.area_mm2.is_fine),
         grid,
         topology,

@@ -29,6 +29,11 @@ pub(super) fn of(report: &VolumeReport) -> String {
     for (name, value) in report.grid.nominal.iter().flat_map(of_nominal) {
         line(name, value);
     }
+    if let Some(form) = &report.form {
+        let deviation = &form.deviation;
+        let value = format!("PV {} nm, RMS {} nm", short(deviation.pv_nm), short(deviation.rms_nm));
+        line("form", value);
+    }
     let topology = &report.topology;
     line(
         "topology",

@@ -2,10 +2,14 @@
 
 use std::path::Path;
 
+use asphera_rig::CtScene;
 use clap::Parser as _;
 use serde_json::Value;
 
-use super::{figures, meshed, opened};
+use super::{figures, form, meshed, opened};
+use crate::cli::demo::ct::lay_out;
+use crate::cli::files::part;
+use crate::cli::progress::Progress;
 use crate::cli::{Cli, Command};
 
 /// The figures of a volume file with more arguments.
@@ -28,7 +32,8 @@ fn figures_at(path: &Path, more: &[&str]) -> Result<Value, String> {
         let folder = tempfile::tempdir().unwrap();
         let files = [folder.path().join(format!("{mesh}.ply")), folder.path().join("mesh.stl")];
         let surface = meshed::of(&args, &opened, &files)?;
-        let report = figures::of(&args, &opened, &surface)?;
+        let given = args.nominal.as_deref().map(part).transpose()?;
+        let report = figures::of(&args, &opened, &surface, given.as_ref())?;
         let written = files.map(|file| std::fs::read(file).unwrap());
         Ok((serde_json::to_value(&report).unwrap(), written))
     };
@@ -324,4 +329,33 @@ fn a_nominal_asks_for_a_spacing() {
     let more = ["--spacing", "0.1", "--nominal", path.to_str().unwrap()];
     let said = figures_of(&ball(), "vol", &more).unwrap_err();
     assert!(said.contains("expected an [aperture]"), "{said}");
+}
+
+/// With a nominal the report has the form of its face, the same as that of `asphera measure`; of a volume without that face it says why
+/// not.
+#[test]
+fn a_nominal_gives_the_form_of_its_face() {
+    let dir = tempfile::tempdir().unwrap();
+    let laid = lay_out(dir.path(), &CtScene::lens(0.25)).unwrap();
+    let progress = Progress::start("test");
+    let measured = laid.measured(&progress).unwrap().first.report.form.unwrap();
+    let mut words =
+        vec!["asphera".into(), "volume".into(), laid.volume.clone(), "--nominal".into()];
+    words.push(laid.nominals[0].clone());
+    let cli = Cli::try_parse_from(words).unwrap();
+    let Command::Volume(args) = cli.command else { panic!("another command") };
+    let opened = opened::open(&args, u64::MAX).unwrap();
+    let surface = meshed::of(&args, &opened, &[]).unwrap();
+    let face = part(&laid.nominals[0]).unwrap();
+    let mut report = figures::of(&args, &opened, &surface, Some(&face)).unwrap();
+    form::add(&mut report, &args, face, &progress);
+    assert_eq!(report.form.as_ref(), Some(&measured), "{:?}", report.reasons);
+    // There is no ring as far out.
+    let far = dir.path().join("far.toml");
+    let ring = "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"annulus\"\ninner_radius_mm = 50\nouter_radius_mm = 60\n";
+    std::fs::write(&far, ring).unwrap();
+    let mut without = figures::of(&args, &opened, &surface, None).unwrap();
+    form::add(&mut without, &args, part(&far).unwrap(), &progress);
+    let why = without.reasons.last().unwrap();
+    assert!(without.form.is_none() && why.starts_with("no form of the face: "), "{why}");
 }
