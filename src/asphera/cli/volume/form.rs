@@ -6,12 +6,15 @@ use asphera_report::FormFigures;
 use super::super::face::{self, FaceArgs};
 use super::super::progress::Progress;
 use super::figures::VolumeReport;
-use super::{VolumeArgs, WHOLE};
+use super::{Part as Chosen, VolumeArgs, WHOLE};
 
-/// Adds the form to a report, or why there is none.
+/// Adds the form to a report with what it must be read with, or why there is none.
 pub(super) fn add(report: &mut VolumeReport, args: &VolumeArgs, part: Part, progress: &Progress) {
     match of(report, args, part, progress) {
-        Ok(form) => report.form = Some(form),
+        Ok((form, notes)) => {
+            report.form = Some(form);
+            report.reasons.extend(notes.into_iter().map(|note| format!("face: {note}")));
+        }
         Err(why) => report.reasons.push(format!("no form of the face: {why}")),
     }
 }
@@ -21,7 +24,7 @@ fn of(
     args: &VolumeArgs,
     part: Part,
     progress: &Progress,
-) -> Result<FormFigures, String> {
+) -> Result<(FormFigures, Vec<String>), String> {
     let count: u64 = report.volume.size.iter().map(|&side| side as u64).product();
     if count > WHOLE {
         return Err(format!(
@@ -32,5 +35,15 @@ fn of(
     let faces = face::measured(&args.file, &of_face, Some(part), None, None, progress)
         .map_err(|error| error.to_string())?;
     let found = faces.first.report;
-    found.form.ok_or_else(|| found.verdict.reasons.join("; "))
+    let form = found.form.ok_or_else(|| found.verdict.reasons.join("; "))?;
+    let mut notes = Vec::new();
+    if args.part != Chosen::All {
+        notes.push("it is looked for in the whole volume, whatever --part says".to_owned());
+    }
+    if let Some(face) = found.volume {
+        notes.push(format!("its threshold is {}", face.threshold));
+        notes.extend(face.reasons);
+    }
+    notes.extend(found.verdict.reasons);
+    Ok((form, notes))
 }

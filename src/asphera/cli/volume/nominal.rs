@@ -2,6 +2,7 @@
 
 use asphera_form::Pose;
 use asphera_geometry::PointMm;
+use asphera_geometry::vector::length;
 use asphera_measure::{Part, Remembered, sampling_of_mesh};
 use asphera_mesh::Mesh;
 use asphera_surface::Plane;
@@ -51,10 +52,7 @@ pub(super) fn of(
             known: Verdict::Unknown,
         });
     };
-    let coarsest_mm = steps_mm
-        .iter()
-        .map(|step| step.iter().map(|side| side * side).sum::<f64>().sqrt())
-        .fold(0.0, f64::max);
+    let coarsest_mm = steps_mm.map(length).into_iter().fold(0.0, f64::max);
     // Nothing is asked of the grid by a plane.
     let (known, why) = if reach_mm.is_finite() {
         check.verdict_on_axes(steps_mm, Some(reach_mm))

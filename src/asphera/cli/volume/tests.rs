@@ -350,6 +350,9 @@ fn a_nominal_gives_the_form_of_its_face() {
     let mut report = figures::of(&args, &opened, &surface, Some(&face)).unwrap();
     form::add(&mut report, &args, face, &progress);
     assert_eq!(report.form.as_ref(), Some(&measured), "{:?}", report.reasons);
+    let notes = report.reasons.join("\n");
+    assert!(notes.contains("face: its threshold is 18000"), "{notes}");
+    assert!(notes.contains("face: form in waves shorter than"), "{notes}");
     // There is no ring as far out.
     let far = dir.path().join("far.toml");
     let ring = "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"annulus\"\ninner_radius_mm = 50\nouter_radius_mm = 60\n";
