@@ -174,12 +174,11 @@ pub(crate) fn in_rounds(order: &[usize]) -> Vec<Vec<usize>> {
 /// A round but the first cut in two: the middle ones of its groups, so that those before it and they are every second
 /// point, and the others.
 pub(crate) fn middles_and_others(round: &[usize]) -> [Vec<usize>; 2] {
-    let of_groups = |from: usize, to: usize| {
-        let part =
-            move |group: &[usize]| group[from.min(group.len())..to.min(group.len())].to_vec();
-        round.chunks(SPREAD - 1).flat_map(part).collect()
-    };
-    [of_groups(0, 1), of_groups(1, SPREAD - 1)]
+    let groups = round.chunks(SPREAD - 1);
+    [
+        groups.clone().map(|group| group[0]).collect(),
+        groups.flat_map(|group| &group[1..]).copied().collect(),
+    ]
 }
 
 /// Points of a round for each of those before it, and one.

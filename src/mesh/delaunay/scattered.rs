@@ -38,7 +38,7 @@ impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
             } else {
                 self.insert_round(&round);
             }
-            takes_much = self.editor.work.effort - before > MOST_EFFORT * round.len();
+            takes_much = self.editor.work.effort - before > MUCH_EFFORT * round.len();
         }
     }
 
@@ -105,7 +105,7 @@ impl<P: Places + ?Sized, C: Cells> Insert for Inserter<'_, P, C> {
 }
 
 /// Where a round took more a point, the next one is cut in two. In the middle of others points take 4.
-const MOST_EFFORT: usize = 5;
+const MUCH_EFFORT: usize = 5;
 
 /// How much wider than its points a table is made once they outgrew one.
 const ROOM: f64 = 1.5;
