@@ -70,6 +70,16 @@ fn waves_as_long_as_windows_are_form_at_the_border_too() {
     }
 }
 
+/// Straight waves of 17 and 14 spacings that fade across, from border to border: the crest found first, though form, closed what
+/// lies beside the next ones, which then parted nothing. These had up to three ridges of 59 standard deviations.
+#[test]
+fn narrow_crests_beside_each_other_are_form() {
+    for seed in [102, 178] {
+        let found = Part::clean(Kind::Waves, 20_000, seed).search().defects;
+        assert_eq!(found, [], "{seed}");
+    }
+}
+
 /// A ring of Gaussian section about (`x_mm`, 0), of 0.83 mm at half of its height: six to seven spacings of 20,000 points. No
 /// window with cells for its samples followed it: each had a ridge of 90 to 210 standard deviations, or a bump.
 fn ringed(x_mm: f64, radius_mm: f64, height_mm: f64, seed: u64) -> Part {

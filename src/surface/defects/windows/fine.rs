@@ -24,8 +24,9 @@ impl Windows {
         let clear = |cell: usize| taken[cell].map_or(0.0, |taken| taken.significance);
         let mut seeds: Vec<usize> = (0..cells.len()).filter(|&cell| clear(cell) > SEED).collect();
         seeds.sort_by(|&p, &q| clear(q).total_cmp(&clear(p)).then(p.cmp(&q)));
-        // What was judged already, which a form may run through, and what of it is none.
+        // What was judged already; what of it a form may run through, for it is no form itself; and what of that stays.
         let mut judged = vec![false; cells.len()];
+        let mut closes = vec![false; cells.len()];
         let mut stays = vec![false; cells.len()];
         let mut forms = Vec::new();
         for seed in seeds {
@@ -40,11 +41,14 @@ impl Windows {
             set.iter().for_each(|&cell| judged[cell] = true);
             let least_mm = LONG * self.widths_mm[0];
             let is_form =
-                extent_mm(cells, &set) >= least_mm && divides(cells, (&set, &judged), least_mm);
-            match is_form.then(|| share_left(&set, &energies)).flatten() {
-                Some(left) => forms.push((set, left)),
-                None if clear(seed) > STAYS => set.iter().for_each(|&cell| stays[cell] = true),
-                None => {}
+                extent_mm(cells, &set) >= least_mm && divides(cells, (&set, &closes), least_mm);
+            if let Some(left) = is_form.then(|| share_left(&set, &energies)).flatten() {
+                forms.push((set, left));
+                continue;
+            }
+            for cell in set {
+                closes[cell] = true;
+                stays[cell] |= clear(seed) > STAYS;
             }
         }
         for (set, left) in forms {
@@ -91,12 +95,12 @@ impl Energy {
     }
 }
 
-/// Whether a set of cells parts the surface in more pieces that are no smaller than a length each. What was `judged` before, a
-/// pit on a ring for instance, closes it.
-fn divides(cells: &Cells, (set, judged): (&[usize], &[bool]), least_mm: f64) -> bool {
-    let mut without = judged.to_vec();
+/// Whether a set of cells parts the surface in more pieces that are no smaller than a length each. What `closes` it lies in it
+/// but is no form, a pit on a ring for instance.
+fn divides(cells: &Cells, (set, closes): (&[usize], &[bool]), least_mm: f64) -> bool {
+    let mut without = closes.to_vec();
     set.iter().for_each(|&cell| without[cell] = false);
-    let mut with = judged.to_vec();
+    let mut with = closes.to_vec();
     for &cell in set {
         near(cells, cell, 1).for_each(|near| with[near] = true);
     }
