@@ -1,20 +1,19 @@
 //! Sets of neighbours whose residuals noise does not explain.
 //!
-//! 1. *Statistics.* At every vertex the sum of the residuals over its rings 0, 0 to 1, and 0 to 2,
-//!    over the standard deviation that white noise of σ gives it: that of so many samples, and that of the
-//!    reference, which they share. Under white noise each is normal with deviation 1. Wide and
-//!    shallow defects show in the wider ones, single readings in the first. If half of all vertices
+//! 1. *Statistics.* At every vertex the residuals about it are added up, over the standard deviation that white noise of
+//!    σ gives their sum: that of the samples, and that of the reference, which they share. Their weights fall with the
+//!    rings as exp(-r²/2s²), for s of 0, 1, 1.7 and 3.65: such a sum is the most sensitive one to a pit of that width.
+//!    Under white noise each is normal with deviation 1. If half of all vertices
 //!    tell a larger deviation, because the noise is not white or the form not followed, it takes the
 //!    place of 1; beside the border half of the vertices as near to it, over some way along it (`rim_zones.rs`).
-//! 2. *Threshold.* With n vertices there are 3n statistics. Each may exceed ±k with probability
-//!    e/3n, so the expected number of false defects is at most e (C. E. Bonferroni's bound: however
+//! 2. *Threshold.* With n vertices there are 4n statistics. Each may exceed ±k with probability
+//!    e/4n, so the expected number of false defects is at most e (C. E. Bonferroni's bound: however
 //!    the statistics depend on each other). Where the tails of the noise are longer than normal, k is larger, of single
-//!    readings more than of means (`tail.rs`).
+//!    readings more than of sums (`tail.rs`).
 //! 3. *Growth.* From a vertex above k its defect goes on along the edges over vertices of the same
 //!    sign above 2.5 (J. Canny, IEEE Trans. Pattern Anal. 8 (1986) 679-698, section VIII:
 //!    hysteresis).
-//! 4. *Which rings.* The same defect seen at several ring numbers is told by those that make its sum
-//!    the most significant.
+//! 4. *Which width.* Of the same defect seen at several widths that counts which makes its sum the most significant.
 
 use asphera_geometry::{Sets, VertexId};
 use rayon::prelude::*;
@@ -23,10 +22,19 @@ use super::rim_zones::RimZones;
 use super::tail::{self, Tail};
 use crate::curvature::Adjacency;
 
-/// Ring numbers.
-pub(super) const SCALES: usize = 3;
-/// Samples within so many rings, on a surface of triangles.
-pub(super) const SAMPLES: [f64; SCALES] = [1.0, 7.0, 19.0];
+/// Widths of sums.
+pub(super) const SCALES: usize = 4;
+/// Samples that tell as much as those of a sum, (Σw²)²/Σw⁴, where every vertex has six neighbours.
+pub(super) const SAMPLES: [f64; SCALES] = [1.0, 6.5, 17.5, 51.8];
+/// Rings that take part, the vertex as the first.
+const RINGS: usize = 5;
+/// What each ring counts: exp(-r²/2s²) for s of 0, 1, 1.7 and 3.65.
+const WEIGHTS: [[f64; RINGS]; SCALES] = [
+    [1.0, 0.0, 0.0, 0.0, 0.0],
+    [1.0, 0.6065, 0.1353, 0.0111, 0.0003],
+    [1.0, 0.8411, 0.5006, 0.2107, 0.0628],
+    [1.0, 0.9632, 0.8606, 0.7134, 0.5485],
+];
 /// Where growth ends, in standard deviations.
 const GROWTH: f64 = 2.5;
 /// Vertices that are worked on with the same memory; fixed, so that threads do not show.
@@ -47,7 +55,7 @@ pub(super) struct Detection {
     pub(super) found: Vec<Found>,
     /// For single readings, in standard deviations.
     pub(super) threshold: f64,
-    /// By ring numbers, what the deviation of the statistics was taken for.
+    /// By widths, what the deviation of the statistics was taken for.
     pub(super) scales: [f64; SCALES],
 }
 
@@ -91,10 +99,11 @@ fn statistics(adjacency: &Adjacency, values: &[f64], shared: &[f64]) -> Vec<[f64
         .map(|chunk| {
             let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(values.len());
             let mut seen = vec![VertexId::MAX; values.len()];
+            let mut about = Vec::new();
             range
                 .map(|vertex| {
-                    let sums = sums(adjacency, values, vertex as VertexId, &mut seen);
-                    sums.map(|(sum, count)| sum / (count + count * count * shared[vertex]).sqrt())
+                    let sums = sums(adjacency, values, vertex as VertexId, (&mut seen, &mut about));
+                    WEIGHTS.map(|weights| weighted(&sums, weights, shared[vertex]))
                 })
                 .collect()
         })
@@ -102,42 +111,54 @@ fn statistics(adjacency: &Adjacency, values: &[f64], shared: &[f64]) -> Vec<[f64
     parts.concat()
 }
 
-/// The sum of the values about a vertex and their number, by rings. `seen` holds by whom a vertex was visited last.
+/// The weighted sum of the values of rings over its standard deviation, for values of deviation 1 of which a variance is
+/// `shared`.
+fn weighted(rings: &[(f64, f64); RINGS], weights: [f64; RINGS], shared: f64) -> f64 {
+    let (mut sum, mut variance, mut common) = (0.0, 0.0, 0.0);
+    for ((ring, count), weight) in rings.iter().zip(weights) {
+        sum += weight * ring;
+        variance += weight * weight * count;
+        common += weight * count;
+    }
+    sum / (variance + common * common * shared).sqrt()
+}
+
+/// The sum of the values about a vertex and their number, by rings. `seen` holds by whom a vertex was visited last, `about` is
+/// room for those.
 fn sums(
     adjacency: &Adjacency,
     values: &[f64],
     vertex: VertexId,
-    seen: &mut [VertexId],
-) -> [(f64, f64); SCALES] {
+    (seen, about): (&mut [VertexId], &mut Vec<VertexId>),
+) -> [(f64, f64); RINGS] {
     let value = values[vertex as usize];
     if !value.is_finite() {
-        return [(f64::NAN, 1.0); SCALES];
+        return [(f64::NAN, 1.0); RINGS];
     }
     seen[vertex as usize] = vertex;
-    let (mut sum, mut count) = (value, 1.0_f64);
-    let mut add = |other: VertexId, seen: &mut [VertexId]| {
-        let last = &mut seen[other as usize];
-        if *last != vertex {
-            *last = vertex;
-            let value = values[other as usize];
-            if value.is_finite() {
-                sum += value;
-                count += 1.0;
+    about.clear();
+    about.push(vertex);
+    let mut rings = [(0.0, 0.0); RINGS];
+    rings[0] = (value, 1.0);
+    let mut from = 0;
+    for ring in &mut rings[1..] {
+        let to = about.len();
+        for at in from..to {
+            for &other in adjacency.neighbours(about[at]) {
+                let last = &mut seen[other as usize];
+                if *last != vertex {
+                    *last = vertex;
+                    about.push(other);
+                    let value = values[other as usize];
+                    if value.is_finite() {
+                        *ring = (ring.0 + value, ring.1 + 1.0);
+                    }
+                }
             }
         }
-        (sum, count)
-    };
-    let mut first = (value, 1.0);
-    for &other in adjacency.neighbours(vertex) {
-        first = add(other, seen);
+        from = to;
     }
-    let mut second = first;
-    for &inner in adjacency.neighbours(vertex) {
-        for &other in adjacency.neighbours(inner) {
-            second = add(other, seen);
-        }
-    }
-    [(value, 1.0), first, second]
+    rings
 }
 
 /// Calls `with` for the sign and the vertices of every set that is grown.
@@ -222,4 +243,54 @@ fn choose(
                 )
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rings of a lattice where every vertex has six neighbours.
+    const COUNTS: [f64; RINGS] = [1.0, 6.0, 12.0, 18.0, 24.0];
+
+    #[test]
+    fn weights_are_those_of_gaussians_and_tell_as_much_as_so_many_samples() {
+        for (scale, width) in [1.0_f64, 1.7, 3.65].into_iter().enumerate() {
+            let weights = WEIGHTS[scale + 1];
+            for (ring, weight) in weights.into_iter().enumerate() {
+                let truth = (-(ring as f64).powi(2) / (2.0 * width * width)).exp();
+                assert!((weight - truth).abs() < 1e-4, "{width} {ring} {weight} {truth}");
+            }
+            let sum = |power: i32| -> f64 {
+                weights.iter().zip(COUNTS).map(|(weight, count)| count * weight.powi(power)).sum()
+            };
+            let samples = sum(2).powi(2) / sum(4);
+            assert!((samples - SAMPLES[scale + 1]).abs() < 0.06, "{width} {samples}");
+        }
+    }
+
+    /// No sum over these rings tells a pit better than the one whose weights are its own depths. Some sum reaches nine tenths
+    /// of that for any width of 2 to 10 spacings at half of the depth.
+    #[test]
+    fn some_sum_tells_each_width() {
+        for tenths in 20..=100 {
+            let width = f64::from(tenths) / 10.0;
+            let pit = |r: f64| (-4.0 * 2.0_f64.ln() * (r / width).powi(2)).exp();
+            let heights: [f64; RINGS] = std::array::from_fn(|ring| pit(ring as f64));
+            let best: f64 = heights.iter().zip(COUNTS).map(|(h, count)| h * h * count).sum();
+            let found = WEIGHTS.map(|weights| {
+                let rings =
+                    std::array::from_fn(|ring| (COUNTS[ring] * heights[ring], COUNTS[ring]));
+                weighted(&rings, weights, 0.0)
+            });
+            let found = found.into_iter().fold(0.0, f64::max);
+            assert!(found > 0.9 * best.sqrt(), "{width} {found} {}", best.sqrt());
+        }
+    }
+
+    #[test]
+    fn a_shared_variance_counts_by_the_square_of_all() {
+        let rings = COUNTS.map(|count| (count, count));
+        let alike = weighted(&rings, [1.0; RINGS], 0.25);
+        assert!((alike - 61.0 / (61.0_f64 + 61.0 * 61.0 * 0.25).sqrt()).abs() < 1e-12);
+    }
 }

@@ -14,7 +14,7 @@ use super::tally::{self, Tally};
 pub(super) struct Ground {
     pub(super) field: NoiseField,
     pub(super) tail: Tail,
-    /// By ring numbers, the least that counts as the deviation of a mean over that of white noise.
+    /// By widths of sums, the least that counts as the deviation of a mean over that of white noise.
     pub(super) colour: [f64; SCALES],
 }
 
@@ -55,7 +55,7 @@ impl Ground {
         single_mm: f64,
     ) -> Ground {
         for (ring, colour) in self.colour.iter_mut().enumerate().skip(1) {
-            // A cell has about as many samples as the first ring, 2×2 cells as many as the second.
+            // A cell has about as many samples as the narrowest sum of several, 2×2 cells as the next, 3×3 as the widest.
             for axis in 0..2 {
                 let mut sizes: Vec<f64> = (0..planes.len())
                     .step_by(planes.len() / COLOUR_OF + 1)

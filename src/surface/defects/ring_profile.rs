@@ -178,7 +178,7 @@ const NODES_LEAST: usize = 3 * MIDDLE;
 /// Standard deviations by which a ring stands out in nearly all sectors: of noise alone one does by chance in millions, also
 /// where a defect covers four of them.
 const SURE: f64 = 1.5;
-/// Lowest ring, in standard deviations of single samples: of lower ones no mean of nineteen samples is a defect.
+/// Lowest ring, in standard deviations of single samples: lower ones are no defects unless wide, and then windows follow them.
 const LOWEST: f64 = 0.7;
 /// Standard deviations that noise may add in the middle.
 const CHANCE: f64 = 3.0;

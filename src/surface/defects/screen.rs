@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 use super::DefectsUnknown;
 use super::cells::{NONE, QUARTIC, quartic};
-use super::detect::SAMPLES;
+use super::detect::{SAMPLES, SCALES};
 use super::fit::{Row, TERMS, Work};
 use super::ground::{Ground, ground, planes};
 use super::reference::CELL_SPACINGS;
@@ -113,8 +113,12 @@ impl Screen<'_> {
         let tallies = self.tallies(&raster);
         let planes = planes(&raster, &tallies);
         let ground = ground((&raster, &planes), || self.used(), used);
-        let probability = (self.false_expected / (3.0 * used as f64)).min(0.1);
-        let thresholds = SAMPLES.map(|samples| ground.tail.threshold(probability, samples));
+        let thresholds = |false_expected: f64| {
+            let probability = (false_expected / (SCALES as f64 * used as f64)).min(0.1);
+            SAMPLES.map(|samples| ground.tail.threshold(probability, samples))
+        };
+        let threshold = thresholds(self.false_expected)[0];
+        let suspicions = thresholds(SUSPECTED * self.false_expected);
         let shapes = ground.shapes(&raster);
         let side_mm = raster.per_mm.recip();
         let coarseness = ((self.window_mm / ACROSS as f64 / side_mm).round() as usize).max(1);
@@ -126,7 +130,7 @@ impl Screen<'_> {
         let flagged: Vec<usize> = (0..tallies.len())
             .into_par_iter()
             .with_min_len(4096)
-            .filter(|&slot| scales.flags((&raster, &shapes), &residuals, slot, thresholds))
+            .filter(|&slot| scales.flags((&raster, &shapes), &residuals, slot, suspicions))
             .collect();
         for slot in flagged {
             suspect[coarse.over(&raster, slot)] = true;
@@ -139,7 +143,7 @@ impl Screen<'_> {
             vertices: self.vertices(&coarse.raster, &parts),
             used,
             sigma_mm: scales.single_mm,
-            threshold: thresholds[0],
+            threshold,
             ground,
             suspects: Suspects { raster: coarse.raster, cells: suspect },
         })
@@ -451,13 +455,13 @@ impl Scales {
         Scales { single_mm, blocks_mm }
     }
 
-    /// Whether a cell is suspect. Thresholds are those of single readings, and of means of the sizes of rings.
+    /// Whether a cell is suspect. The sizes are those of single readings, and of means by widths.
     fn flags(
         &self,
         (raster, shapes): (&Raster, &[f64]),
         residuals: &[Residual],
         slot: usize,
-        thresholds: [f64; BLOCKS],
+        suspicions: [f64; SCALES],
     ) -> bool {
         let residual = residuals[slot];
         if residual.count == 0.0 {
@@ -465,12 +469,12 @@ impl Scales {
         }
         let shape = shapes[slot];
         let single_mm = shape * self.single_mm;
-        if !residual.sum.is_finite() || residual.extreme > (thresholds[0] - SLACK) * single_mm {
+        if !residual.sum.is_finite() || residual.extreme > (suspicions[0] - SLACK) * single_mm {
             return true;
         }
         (0..BLOCKS).any(|block| {
-            // A cell has about as many samples as the first ring, blocks as many as the second, or more.
-            let threshold = SHARE * thresholds[(block + 1).min(BLOCKS - 1)];
+            // A cell has about as many samples as the narrowest sum of several, blocks as many as the next, or more.
+            let threshold = SHARE * suspicions[block + 1];
             over_block(raster, residuals, slot, block)
                 .is_some_and(|sum| sum.abs() > threshold * shape * self.blocks_mm[block])
         })
@@ -497,6 +501,8 @@ fn over_block(raster: &Raster, residuals: &[Residual], slot: usize, block: usize
 const ACROSS: usize = 12;
 /// Sizes of blocks.
 const BLOCKS: usize = 3;
+/// How many times as many false ones as are put up with may be expected where suspicion begins.
+const SUSPECTED: f64 = 10.0;
 /// By how many standard deviations the threshold of single readings is lower here.
 const SLACK: f64 = 0.5;
 /// The threshold of means here, over that of `detect.rs`.

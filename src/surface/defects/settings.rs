@@ -43,7 +43,7 @@ pub enum DefectSettingsError {
 
 impl DefectSettings {
     /// Default of the expected number of false defects on a whole surface of uncorrelated noise.
-    pub const FALSE_EXPECTED: f64 = 0.1;
+    pub const FALSE_EXPECTED: f64 = 0.01;
     /// Default of the largest width, in spacings.
     pub const LARGEST_SPACINGS: f64 = 20.0;
 

@@ -3,7 +3,8 @@
 //! A small study runs always. The whole one, 50 parts of each kind of 20,000, 100,000 and 1,000,000 points, takes
 //! half an hour of a processor: `ASPHERA_LONG=1 cargo test --release -p asphera-surface --lib study -- --nocapture`.
 //! `ASPHERA_DEFECT_STUDY=200` takes so many parts of each kind and size, `ASPHERA_DEFECT_SIZES=20000,300000` other sizes,
-//! `ASPHERA_DEFECT_KINDS=White,Edges` only some kinds of clean parts.
+//! `ASPHERA_DEFECT_KINDS=White,Edges` only some kinds of clean parts. `ASPHERA_DEFECT_LADDER=50` puts real ones on so many
+//! parts, not six.
 
 mod heights;
 mod ladder;
