@@ -57,20 +57,36 @@ impl SharedDrives {
         act(&mut self.drives.lock().unwrap_or_else(PoisonError::into_inner), now)
     }
 
-    fn due(&self) -> Option<Instant> {
+    /// Something else moves an axis, by its place in the list, to a place on its travel in counts.
+    pub fn push(&self, drive: usize, place: f64) {
+        self.with(|drives, now| {
+            if let Some(drive) = drives.get_mut(drive) {
+                drive.push(now, place);
+            }
+        });
+    }
+
+    /// Whether all of them are operational and send their positions.
+    pub fn are_sending(&self) -> bool {
+        self.with(|drives, _| drives.iter().all(Drive::is_sending))
+    }
+
+    /// When [`SharedDrives::timeout`] is to be called, if at all.
+    pub fn due(&self) -> Option<Instant> {
         let due = self.with(|drives, _| drives.iter().filter_map(Drive::poll_timeout).min());
         due.map(|due| self.origin + due.since(Nanos::ZERO))
     }
 
-    /// What the drives send by themselves now.
-    fn timeout(&self) -> Vec<CanFrame> {
+    /// Frames that the drives send by themselves now.
+    pub fn timeout(&self) -> Vec<CanFrame> {
         self.with(|drives, now| {
             let due = |drive: &&mut Drive| drive.poll_timeout().is_some_and(|due| due <= now);
             drives.iter_mut().filter(due).flat_map(|drive| drive.timeout(now)).collect()
         })
     }
 
-    fn receive(&self, frame: &CanFrame) -> Vec<CanFrame> {
+    /// Takes a frame of the bus, and gives what the drives send in turn.
+    pub fn receive(&self, frame: &CanFrame) -> Vec<CanFrame> {
         self.with(|drives, now| {
             drives.iter_mut().flat_map(|drive| drive.receive(now, frame)).collect()
         })

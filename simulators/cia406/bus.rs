@@ -83,9 +83,7 @@ impl Bus {
     /// Moves each node to its position, in counts, and sends a SYNC: the SYNC, then what the nodes
     /// send. Nodes without a position in the list stay where they are.
     pub fn sync(&mut self, counter: Option<u8>, positions: &[i32]) -> Vec<CanFrame> {
-        for (node, &position) in self.nodes.iter_mut().zip(positions) {
-            node.set_position(position);
-        }
+        self.place(positions);
         let sync = sync_frame(counter);
         let mut frames = vec![sync];
         frames.extend(self.nodes.iter_mut().filter_map(|node| node.sync(sync.data())));
@@ -111,6 +109,18 @@ impl Bus {
         let mut frames = Vec::new();
         self.nodes.iter_mut().for_each(|node| node.timeout(now, &mut frames));
         frames
+    }
+
+    /// The same with the nodes at these places, in counts. Nodes without one in the list stay where they are.
+    pub(crate) fn timeout_at(&mut self, now: Nanos, positions: &[i32]) -> Vec<CanFrame> {
+        self.place(positions);
+        self.timeout(now)
+    }
+
+    fn place(&mut self, positions: &[i32]) {
+        for (node, &position) in self.nodes.iter_mut().zip(positions) {
+            node.set_position(position);
+        }
     }
 
     /// Powers a node off and on: its boot-up frame.

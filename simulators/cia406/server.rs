@@ -52,6 +52,21 @@ pub trait Participant: Send + Sync {
 
     /// Takes a frame that the host sent, and gives the answers.
     fn receive(&self, frame: &CanFrame) -> Vec<CanFrame>;
+
+    /// When [`Participant::timeout`] is to be called, if at all.
+    fn due(&self) -> Option<Instant> {
+        None
+    }
+
+    /// Frames that are sent by themselves now.
+    fn timeout(&self) -> Vec<CanFrame> {
+        Vec::new()
+    }
+
+    /// Places of the nodes now, in counts, for what they send by timer; nodes without one in the list stay where they are.
+    fn positions(&self) -> Vec<i32> {
+        Vec::new()
+    }
 }
 
 struct State {
@@ -225,6 +240,9 @@ impl Simulator {
         let mut buffer = [0; 4096];
         loop {
             let due = self.state().bus.poll_timeout().map(|at| self.instant(at));
+            let participant = self.shared.participant.as_ref();
+            let due =
+                participant.and_then(|participant| participant.due()).into_iter().chain(due).min();
             tokio::select! {
                 count = reader.read(&mut buffer) => {
                     let count = count?;
@@ -242,13 +260,21 @@ impl Simulator {
                     }
                 }
                 () = until(due) => {
-                    let now = self.now();
-                    let frames = self.state().bus.timeout(now);
+                    let frames = self.timeout();
                     self.send(&frames).await;
                 }
                 () = self.shared.retime.notified() => {}
             }
         }
+    }
+
+    /// Frames that are sent by timer now.
+    fn timeout(&self) -> Vec<CanFrame> {
+        let participant = self.shared.participant.as_ref();
+        let positions = participant.map(|participant| participant.positions()).unwrap_or_default();
+        let mut frames = self.state().bus.timeout_at(self.now(), &positions);
+        frames.extend(participant.map(|participant| participant.timeout()).unwrap_or_default());
+        frames
     }
 
     /// Does what one line asks; gives what the adapter says to it.
