@@ -4,6 +4,8 @@ use asphera_described::{Field, Form, Framing, Layout, Place, Role, Settings};
 
 use crate::example::{Example, Group};
 use crate::number::{in_bytes, in_digits};
+use crate::row::Row;
+use crate::sight::Sight;
 
 /// What one frame is to say.
 #[derive(Clone, Copy, Debug)]
@@ -14,6 +16,8 @@ pub(crate) struct Moment<'a> {
     pub(crate) clock_s: f64,
     /// Values of the channels, in their units and their order.
     pub(crate) values: &'a [f64],
+    /// What a line scanner sees.
+    pub(crate) sight: Option<&'a Sight>,
 }
 
 /// Makes the frames of one device.
@@ -23,6 +27,8 @@ pub(crate) struct Frames {
     pattern: Option<Example>,
     /// Of each field the expression of its group, where it has one.
     groups: Vec<Option<Group>>,
+    /// The heights of a profile.
+    row: Option<Row>,
 }
 
 impl Frames {
@@ -33,9 +39,6 @@ impl Frames {
     /// What no frame can be made of, and why.
     pub(crate) fn new(settings: Settings) -> Result<Frames, String> {
         let is_record = matches!(settings.framing, Framing::Records { .. });
-        if settings.profile.is_some() {
-            return Err("it measures profiles: a program can write them, as config/examples/profiles-from-a-pipe.toml shows".to_owned());
-        }
         match &settings.layout {
             Layout::Columns { .. } | Layout::Pattern(_) if is_record => {
                 return Err("records in text have no length of their own".to_owned());
@@ -59,7 +62,8 @@ impl Frames {
             Place::Column(_) | Place::At(_) => None,
         };
         let groups = settings.fields.iter().map(group).collect();
-        Ok(Frames { settings, pattern, groups })
+        let row = Row::new(&settings);
+        Ok(Frames { settings, pattern, groups, row })
     }
 
     /// The settings they are made of.
@@ -83,9 +87,15 @@ impl Frames {
         channels.nth(channel)?.valid_range
     }
 
+    /// The heights of a profile, where it has some.
+    pub(crate) fn row(&self) -> Option<&Row> {
+        self.row.as_ref()
+    }
+
     /// One frame with its check and its end.
     pub(crate) fn bytes(&self, moment: &Moment<'_>) -> Vec<u8> {
         let texts: Vec<Vec<u8>> = self.texts(moment);
+        let heights = self.row.as_ref().map(|row| row.texts(moment.trigger, moment.sight));
         let mut frame = self.settings.framing.begin().to_vec();
         match &self.settings.layout {
             Layout::Pattern(_) => {
@@ -97,9 +107,10 @@ impl Frames {
                 frame.extend(self.pattern.iter().flat_map(|pattern| pattern.text(&chosen)));
             }
             Layout::Columns { separator, columns } => {
-                frame.extend(self.columns(separator.unwrap_or(b' '), *columns, &texts));
+                let line = self.columns(*columns, &texts, heights.as_deref());
+                frame.extend(line.join(&separator.unwrap_or(b' ')));
             }
-            Layout::Bytes => self.fill_record(&mut frame, &texts),
+            Layout::Bytes => self.fill_record(&mut frame, &texts, heights.as_deref()),
         }
         self.close(frame)
     }
@@ -137,31 +148,45 @@ impl Frames {
         fitting.unwrap_or_else(|| in_digits(form, raw)).into_bytes()
     }
 
-    fn columns(&self, separator: u8, columns: Option<usize>, texts: &[Vec<u8>]) -> Vec<u8> {
+    /// Texts of the columns of a line.
+    fn columns(
+        &self,
+        columns: Option<usize>,
+        texts: &[Vec<u8>],
+        heights: Option<&[Vec<u8>]>,
+    ) -> Vec<Vec<u8>> {
         let place = |field: &Field| match field.place {
             Place::Column(column) => column - 1,
             Place::Group(_) | Place::At(_) => 0,
         };
         let places: Vec<usize> = self.settings.fields.iter().map(place).collect();
-        let width =
-            places.iter().map(|place| place + 1).max().unwrap_or(0).max(columns.unwrap_or(0));
+        let first = self.row.as_ref().map_or(0, Row::first_column);
+        let heights = heights.unwrap_or_default();
+        let ends = places.iter().map(|place| place + 1).chain([first + heights.len()]);
+        let width = ends.max().unwrap_or(0).max(columns.unwrap_or(0));
         let mut line = vec![b"0".to_vec(); width];
-        for (place, text) in places.into_iter().zip(texts) {
+        for (place, text) in (first..).zip(heights).chain(places.into_iter().zip(texts)) {
             line[place].clone_from(text);
         }
-        line.join(&separator)
+        line
     }
 
     /// Puts numbers in their places. The check and what stands before it are added later.
-    fn fill_record(&self, frame: &mut Vec<u8>, texts: &[Vec<u8>]) {
+    fn fill_record(&self, frame: &mut Vec<u8>, texts: &[Vec<u8>], heights: Option<&[Vec<u8>]>) {
         let Framing::Records { length, .. } = self.settings.framing else { return };
         let guard = self.settings.checksum.map_or(0, |check| check.bytes() + check.skip_last);
         frame.resize(length.saturating_sub(guard), 0);
-        for (field, text) in self.settings.fields.iter().zip(texts) {
-            let Place::At(at) = field.place else { continue };
+        let mut put = |at: usize, text: &[u8]| {
             if let Some(place) = frame.get_mut(at..at + text.len()) {
                 place.copy_from_slice(text);
             }
+        };
+        for (field, text) in self.settings.fields.iter().zip(texts) {
+            let Place::At(at) = field.place else { continue };
+            put(at, text);
+        }
+        if let (Some(at), Some(heights)) = (self.row.as_ref().and_then(Row::first_byte), heights) {
+            put(at, &heights.concat());
         }
     }
 

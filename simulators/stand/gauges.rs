@@ -3,7 +3,6 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use asphera_link::CanFrame;
-use asphera_sim_cia406::Participant;
 
 use crate::frame::Moment;
 use crate::showing::Showing;
@@ -64,16 +63,19 @@ impl Gauges {
     }
 
     fn frame(&self, gauge: &Gauge, trigger: u64, values: &[f64]) -> Option<CanFrame> {
-        gauge.signals.frame(&Moment { trigger, clock_s: self.showing.clock_s(), values })
+        let clock_s = self.showing.clock_s();
+        gauge.signals.frame(&Moment { trigger, clock_s, values, sight: None })
     }
 }
 
-impl Participant for Gauges {
-    fn opened(&self) {
+impl Gauges {
+    /// A host begins.
+    pub(crate) fn opened(&self) {
         self.gauges.iter().for_each(|gauge| *gauge.host() = Host::default());
     }
 
-    fn receive(&self, frame: &CanFrame) -> Vec<CanFrame> {
+    /// Takes a frame that the host sent, and gives the answers.
+    pub(crate) fn receive(&self, frame: &CanFrame) -> Vec<CanFrame> {
         let answer = |gauge: &Gauge| {
             let settings = gauge.signals.settings();
             let mut host = gauge.host();

@@ -4,8 +4,10 @@ use std::any::Any;
 use std::net::SocketAddr;
 
 use asphera_chrocodile as chrocodile;
+use asphera_cia402 as cia402;
 use asphera_cia406 as cia406;
 use asphera_described as described;
+use asphera_ippdme as ippdme;
 use asphera_keyence as keyence;
 use asphera_link::{Channel, DeviceSettings, Unit};
 use asphera_modbus as modbus;
@@ -18,9 +20,11 @@ use thiserror::Error;
 
 use crate::frame::Frames;
 use crate::probe::{self, Protocol};
+use crate::row::Row;
 use crate::sight::Sight;
 use crate::signals::Signals;
-use crate::{opto, profiler, registers, rf60x, scanner, transducers};
+use crate::touch::Touch;
+use crate::{axes, opto, profiler, registers, rf60x, scanner, transducers};
 
 /// A device that can be simulated.
 #[derive(Clone, Debug)]
@@ -36,6 +40,12 @@ pub struct Instrument {
 pub(crate) enum Kind {
     /// Lines, records and questions.
     Voice(Box<Frames>),
+    /// A stage that obeys where the station moves it, and else answers as a voice does.
+    Stage(zaber::Settings, Box<Frames>),
+    /// A drive of a CAN bus.
+    Drive(cia402::Settings),
+    /// A coordinate measuring machine that runs the program of the station.
+    Machine,
     /// A node of a CAN bus.
     Transducer(cia406::Settings),
     /// A device on a CAN bus that no profile describes.
@@ -73,8 +83,18 @@ pub struct Played {
     pub courses: Vec<Option<Vec<f64>>>,
     /// What it sees, where it is a line scanner.
     pub sight: Option<Sight>,
+    /// What it touches, where it is a measuring machine.
+    pub touch: Option<Touch>,
     /// Where the station listens for it, on a UDP link.
     pub listen: Option<SocketAddr>,
+}
+
+impl Played {
+    /// An instrument whose channels all stand still.
+    pub fn still(instrument: Instrument) -> Played {
+        let courses = vec![None; instrument.channels.len()];
+        Played { instrument, courses, sight: None, touch: None, listen: None }
+    }
 }
 
 impl Instrument {
@@ -96,7 +116,9 @@ impl Instrument {
     /// The value that a station reads where the device is to show this one. Its steps and digits are finite.
     pub fn shown(&self, channel: usize, value: f64) -> f64 {
         match &self.kind {
-            Kind::Voice(frames) => frames.shown(channel, value),
+            Kind::Voice(frames) | Kind::Stage(_, frames) => frames.shown(channel, value),
+            Kind::Drive(settings) => axes::shown(settings, value),
+            Kind::Machine => value,
             Kind::Transducer(settings) => transducers::shown(settings, value),
             Kind::Probe(_) => self.channels.get(channel).map_or(value, |c| probe::shown(c, value)),
             Kind::Registers(settings) => registers::shown(settings, channel, value),
@@ -110,6 +132,7 @@ impl Instrument {
     /// Distance of the points of its line, mm; `None` where it measures points.
     pub fn pitch_mm(&self) -> Option<f64> {
         match &self.kind {
+            Kind::Voice(frames) => frames.row().map(Row::pitch_mm),
             Kind::Probe(protocol) => protocol.pitch_mm(),
             Kind::Scanner(_) => Some(scanner::pitch_mm()),
             Kind::Profiler(_) => Some(profiler::pitch_mm()),
@@ -117,9 +140,18 @@ impl Instrument {
         }
     }
 
+    /// How many points its line has; `None` where that is left to the simulation.
+    pub fn line_points(&self) -> Option<usize> {
+        match &self.kind {
+            Kind::Voice(frames) => frames.row().map(Row::points),
+            _ => None,
+        }
+    }
+
     /// Smallest and largest height of the points of its line, mm; `None` where it measures points.
     pub fn line_range_mm(&self) -> Option<(f64, f64)> {
         match &self.kind {
+            Kind::Voice(frames) => frames.row().map(Row::range_mm),
             Kind::Probe(protocol) => protocol.pitch_mm().map(|_| protocol.range_mm()),
             Kind::Scanner(_) => Some(scanner::range_mm()),
             Kind::Profiler(_) => Some(profiler::range_mm()),
@@ -130,13 +162,22 @@ impl Instrument {
     /// Smallest and largest value that a channel can show, in its unit; `None` where the settings say none.
     pub fn range(&self, channel: usize) -> Option<(f64, f64)> {
         match &self.kind {
-            Kind::Voice(frames) => frames.range(channel),
+            Kind::Voice(frames) | Kind::Stage(_, frames) => frames.range(channel),
             Kind::Transducer(_) | Kind::Scanner(_) | Kind::Profiler(_) => None,
+            Kind::Drive(_) | Kind::Machine => None,
             Kind::Gauge(signals) => signals.range(channel),
             Kind::Blocks(settings) => opto::range(settings, channel),
             Kind::Results(settings) => Some(rf60x::range(settings)),
             Kind::Probe(protocol) => protocol.range(self.channels.get(channel)?),
             Kind::Registers(settings) => registers::range(settings, channel),
+        }
+    }
+
+    /// Readings a second of a device that runs by its own clock and measures on after the scan; `None` of any other.
+    pub fn free_rate_hz(&self) -> Option<f64> {
+        match &self.kind {
+            Kind::Probe(protocol) => protocol.free_rate_hz(),
+            _ => None,
         }
     }
 
@@ -163,7 +204,17 @@ fn kind(settings: &dyn DeviceSettings) -> Result<Kind, String> {
         return voice(settings.clone());
     }
     if let Some(settings) = any.downcast_ref::<zaber::Settings>() {
-        return voice(settings.description().map_err(|error| error.to_string())?);
+        let description = settings.description().map_err(|error| error.to_string())?;
+        return Ok(Kind::Stage(settings.clone(), Box::new(Frames::new(description)?)));
+    }
+    if let Some(settings) = any.downcast_ref::<cia402::Settings>() {
+        return match axes::refusal(settings) {
+            None => Ok(Kind::Drive(settings.clone())),
+            Some(why) => Err(why),
+        };
+    }
+    if any.is::<ippdme::Settings>() {
+        return Ok(Kind::Machine);
     }
     if let Some(settings) = any.downcast_ref::<scpi::Settings>() {
         return voice(settings.description().map_err(|error| error.to_string())?);
@@ -200,7 +251,7 @@ fn kind(settings: &dyn DeviceSettings) -> Result<Kind, String> {
             None => Ok(Kind::Probe(protocol)),
             Some(why) => Err(why.to_owned()),
         },
-        None => Err("no simulator here plays its driver; some have a bench or a program of their own, which drivers/README.md lists".to_owned()),
+        None => Err("no simulator here plays its driver: record a session with the device, and play it by asphera simulate --session".to_owned()),
     }
 }
 

@@ -24,14 +24,19 @@ impl Protocol {
         match self {
             Protocol::Dollar(Settings { averaging: 2.., .. })
             | Protocol::Packets(PacketSettings { averaging: 2.., .. }) => {
-                Some("it averages exposures")
-            }
-            Protocol::Dollar(Settings { trigger: Trigger::Free, .. })
-            | Protocol::Packets(PacketSettings { trigger: Trigger::Free, .. }) => {
-                Some("it runs by its own clock: with trigger = \"each\" it is simulated")
+                Some("it averages exposures: with averaging = 1 it is simulated")
             }
             Protocol::Dollar(_) | Protocol::Packets(_) => None,
         }
+    }
+
+    /// Exposures a second of a probe that runs by its own clock; `None` where it is triggered.
+    pub(crate) fn free_rate_hz(&self) -> Option<f64> {
+        let (trigger, rate_hz) = match self {
+            Protocol::Dollar(settings) => (settings.trigger, settings.sample_rate_hz),
+            Protocol::Packets(settings) => (settings.trigger, settings.sample_rate_hz),
+        };
+        (trigger == Trigger::Free).then_some(rate_hz)
     }
 
     /// Full scale of the probe, µm.
@@ -75,6 +80,7 @@ pub(crate) struct Probe {
     channels: Vec<Channel>,
     /// Of a line, with the distance of its points in mm.
     line: Option<(Sight, f64)>,
+    is_free: bool,
     simulator: Simulator,
 }
 
@@ -94,7 +100,14 @@ impl Probe {
             Protocol::Dollar(_) => Device::new(scale_um).into(),
             Protocol::Packets(_) => PacketDevice::new(scale_um, points).into(),
         };
-        Probe { device, channels, line, simulator: Simulator::new(instrument, QUEUE) }
+        let (is_free, simulator) =
+            (protocol.free_rate_hz().is_some(), Simulator::new(instrument, QUEUE));
+        Probe { device, channels, line, is_free, simulator }
+    }
+
+    /// Whether it measures on, whatever the trigger does.
+    pub(crate) fn is_free(&self) -> bool {
+        self.is_free
     }
 
     pub(crate) fn is_armed(&self) -> bool {

@@ -5,11 +5,13 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
+use crate::axes::Axes;
+use crate::moving::Moving;
+
 /// Values of one channel at every trigger; `None`: it stands still.
 pub(crate) type Course = Option<Vec<f64>>;
 
 /// What all devices show.
-#[derive(Debug)]
 pub(crate) struct Showing {
     /// Of each device and channel.
     courses: Vec<Vec<Course>>,
@@ -18,6 +20,9 @@ pub(crate) struct Showing {
     period: Duration,
     power_on: Instant,
     last: Mutex<Option<(u64, Instant)>>,
+    axes: Axes,
+    /// Of a station that moves its axes: what follows them, instead of courses.
+    moving: Option<Moving>,
 }
 
 impl Showing {
@@ -25,13 +30,27 @@ impl Showing {
         courses: Vec<Vec<Course>>,
         still: Vec<Vec<f64>>,
         period: Duration,
+        (axes, moving): (Axes, Option<Moving>),
     ) -> Showing {
         let (power_on, last) = (Instant::now(), Mutex::new(None));
-        Showing { courses, still, period, power_on, last }
+        Showing { courses, still, period, power_on, last, axes, moving }
     }
 
-    /// How many triggers the scan has.
+    /// The axes with a drive.
+    pub(crate) fn axes(&self) -> &Axes {
+        &self.axes
+    }
+
+    /// Whether the station moves the axes.
+    pub(crate) fn is_moved(&self) -> bool {
+        self.moving.is_some()
+    }
+
+    /// How many triggers the scan has; a station that moves its axes has them as long as it likes.
     pub(crate) fn triggers(&self) -> u64 {
+        if self.is_moved() {
+            return u64::MAX;
+        }
         let lengths = self.courses.iter().flatten().flatten().map(Vec::len);
         lengths.max().unwrap_or(0) as u64
     }
@@ -70,6 +89,9 @@ impl Showing {
     }
 
     fn between(&self, device: usize, trigger: u64, share: f64) -> Vec<f64> {
+        if let Some(moving) = &self.moving {
+            return self.where_axes_stand(moving, trigger).swap_remove(device);
+        }
         let value = |(course, still): (&Course, &f64)| {
             let Some(course) = course else { return *still };
             let Some(end) = course.len().checked_sub(1) else { return *still };
@@ -78,6 +100,18 @@ impl Showing {
             (1.0 - share) * course[from] + share * course[to]
         };
         self.courses[device].iter().zip(&self.still[device]).map(value).collect()
+    }
+
+    /// Values of all devices where the axes stand now.
+    fn where_axes_stand(&self, moving: &Moving, trigger: u64) -> Vec<Vec<f64>> {
+        let mut values = self.still.clone();
+        for (device, places) in self.axes.values() {
+            for (value, place) in values[device].iter_mut().zip(places) {
+                *value = place;
+            }
+        }
+        moving.follow(trigger, &mut values);
+        values
     }
 
     fn last(&self) -> MutexGuard<'_, Option<(u64, Instant)>> {

@@ -6,23 +6,27 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
+use asphera_sim_ippdme::SharedMachine;
 use thiserror::Error;
 use tokio::net::TcpListener;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep, sleep_until};
 
+use crate::axes::Axes;
+use crate::bus::Bus;
 use crate::connection;
 use crate::gauges::Gauges;
+use crate::moving::Moving;
 use crate::opto::Opto;
 use crate::played::{Instrument, Kind, Played};
+use crate::port::serve_hosts;
 use crate::probe::Probe;
 use crate::profiler::Profiler;
 use crate::registers;
 use crate::rf60x::Rf60x;
 use crate::scanner::Scanner;
 use crate::showing::Showing;
-use crate::transducers::Transducers;
 use crate::voice::Voice;
 
 /// Where a link of the configuration leads now.
@@ -51,6 +55,11 @@ pub enum StandError {
     /// Two nodes of a bus have one number, or a map is not known.
     #[error("the devices of link {0} cannot be put together")]
     Devices(usize),
+    /// An axis does not run as far as the station would move it.
+    #[error(
+        "device {0}: its axes do not run as far as [scan.plan] lets them: a Zaber stage counts from 0 on, and a drive that is homed by a switch from its home offset on"
+    )]
+    Travel(String),
 }
 
 /// The devices at work. Dropped, it takes its ports away.
@@ -64,15 +73,15 @@ pub struct Stand {
 #[derive(Clone)]
 enum Line {
     Voice(Arc<Voice>),
-    Bus(Arc<Transducers>),
+    Bus(Arc<Bus>),
     Probe(Arc<Probe>),
     Scanner(Arc<Scanner>),
     Opto(Arc<Opto>),
     Rf60x(Arc<Rf60x>),
     /// With its second port.
     Profiler(Arc<Profiler>, u16),
-    /// It is asked, whatever the trigger does.
-    Registers,
+    /// It is asked, whatever the trigger does: registers, a stage, a measuring machine.
+    Asked,
 }
 
 impl Stand {
@@ -85,8 +94,30 @@ impl Stand {
     ///
     /// When a port cannot be had, or the devices of a link do not fit together.
     pub async fn start(played: Vec<Played>, rate_hz: f64) -> Result<Stand, StandError> {
+        Stand::open(played, rate_hz, None).await
+    }
+
+    /// The same of a station that moves its axes itself. Devices with a trigger send for as long as the station wants.
+    ///
+    /// # Errors
+    ///
+    /// As those of [`Stand::start`], and where an axis does not run as far as it would be moved.
+    pub async fn start_moving(
+        played: Vec<Played>,
+        rate_hz: f64,
+        moving: Moving,
+    ) -> Result<Stand, StandError> {
+        Stand::open(played, rate_hz, Some(moving)).await
+    }
+
+    async fn open(
+        played: Vec<Played>,
+        rate_hz: f64,
+        moving: Option<Moving>,
+    ) -> Result<Stand, StandError> {
         let period = Duration::from_secs_f64(1.0 / rate_hz);
-        let showing = Arc::new(showing(&played, period));
+        let axes = Axes::new(&played, moving.as_ref()).map_err(StandError::Travel)?;
+        let showing = Arc::new(showing(&played, period, (axes, moving)));
         let mut links: Vec<usize> = played.iter().map(|played| played.instrument.link).collect();
         links.sort_unstable();
         links.dedup();
@@ -137,13 +168,13 @@ impl fmt::Debug for Stand {
 }
 
 /// What all devices show.
-fn showing(played: &[Played], period: Duration) -> Showing {
+fn showing(played: &[Played], period: Duration, axes: (Axes, Option<Moving>)) -> Showing {
     let still = |played: &Played| {
         let channels = 0..played.instrument.channels.len();
         channels.map(|channel| played.instrument.still(channel)).collect()
     };
     let courses = played.iter().map(|played| played.courses.clone()).collect();
-    Showing::new(courses, played.iter().map(still).collect(), period)
+    Showing::new(courses, played.iter().map(still).collect(), period, axes)
 }
 
 /// Puts the devices of one link behind its port. `None`: they do not fit together.
@@ -154,10 +185,10 @@ fn open(
     tasks: &mut JoinSet<()>,
 ) -> io::Result<Option<Line>> {
     let Some((device, first)) = there.first().copied() else { return Ok(None) };
-    let Played { instrument: Instrument { channels, kind, .. }, sight, listen, .. } = first;
+    let Played { instrument: Instrument { channels, kind, link, .. }, sight, listen, .. } = first;
     Ok(Some(match kind {
-        Kind::Transducer(_) | Kind::Gauge(_) => {
-            let Some(bus) = bus(there, showing).map(Arc::new) else { return Ok(None) };
+        Kind::Transducer(_) | Kind::Gauge(_) | Kind::Drive(_) => {
+            let Some(bus) = bus(*link, there, showing).map(Arc::new) else { return Ok(None) };
             tasks.spawn(bus.clone().serve(port));
             Line::Bus(bus)
         }
@@ -187,8 +218,26 @@ fn open(
             tasks.spawn(async move { serving.serve(port, streams, queue).await });
             Line::Profiler(profiler, second_port)
         }
-        Kind::Voice(frames) => {
-            let (voice, queue) = Voice::new(device, (**frames).clone(), showing.clone());
+        Kind::Stage(..) if showing.is_moved() => {
+            let Some(stage) = showing.axes().stage(device).cloned() else { return Ok(None) };
+            tasks.spawn(serve_hosts(port, move |stream| {
+                let stage = stage.clone();
+                async move { stage.serve(stream).await }
+            }));
+            Line::Asked
+        }
+        Kind::Machine => {
+            let Some(touch) = &first.touch else { return Ok(None) };
+            let machine = SharedMachine::new(touch.machine());
+            tasks.spawn(serve_hosts(port, move |stream| {
+                let machine = machine.clone();
+                async move { machine.serve(stream).await }
+            }));
+            Line::Asked
+        }
+        Kind::Voice(frames) | Kind::Stage(_, frames) => {
+            let (voice, queue) =
+                Voice::new(device, ((**frames).clone(), sight.clone()), showing.clone());
             let serving = voice.clone();
             tasks.spawn(async move { connection::serve(&*serving, port, queue).await });
             Line::Voice(voice)
@@ -205,7 +254,7 @@ fn open(
                 return Ok(None);
             };
             tasks.spawn(registers::answer(port, device, settings.clone()));
-            Line::Registers
+            Line::Asked
         }
         Kind::Scanner(settings) => {
             let Some((sight, listen)) = sight.clone().zip(*listen) else { return Ok(None) };
@@ -215,16 +264,18 @@ fn open(
 }
 
 /// The bus of the devices of one link. `None`: they do not fit together.
-fn bus(there: &[(usize, &Played)], showing: &Arc<Showing>) -> Option<Transducers> {
+fn bus(link: usize, there: &[(usize, &Played)], showing: &Arc<Showing>) -> Option<Bus> {
     let (mut nodes, mut gauges) = (Vec::new(), Vec::new());
     for (device, played) in there {
         match &played.instrument.kind {
             Kind::Transducer(settings) => nodes.push((*device, settings.clone())),
             Kind::Gauge(signals) => gauges.push((*device, (**signals).clone())),
+            Kind::Drive(_) => {}
             _ => return None,
         }
     }
-    Transducers::new(nodes, Gauges::new(gauges, showing.clone()))
+    let drives = showing.axes().drives(link).cloned();
+    Bus::new(nodes, Gauges::new(gauges, showing.clone()), drives, showing.clone())
 }
 
 impl Line {
@@ -234,8 +285,13 @@ impl Line {
             Line::Bus(bus) => bus.is_triggered(),
             Line::Rf60x(sensor) => sensor.is_triggered(),
             Line::Probe(_) | Line::Scanner(_) | Line::Opto(_) | Line::Profiler(..) => true,
-            Line::Registers => false,
+            Line::Asked => false,
         }
+    }
+
+    /// Whether it measures on after the scan.
+    fn is_free(&self) -> bool {
+        matches!(self, Line::Probe(probe) if probe.is_free())
     }
 
     fn is_armed(&self) -> bool {
@@ -247,7 +303,7 @@ impl Line {
             Line::Opto(sensor) => sensor.is_armed(),
             Line::Rf60x(sensor) => sensor.is_armed(),
             Line::Profiler(profiler, _) => profiler.is_armed(),
-            Line::Registers => true,
+            Line::Asked => true,
         }
     }
 
@@ -260,13 +316,17 @@ impl Line {
             Line::Opto(sensor) => sensor.trigger(trigger, showing).await,
             Line::Rf60x(sensor) => sensor.trigger(trigger).await,
             Line::Profiler(profiler, _) => profiler.trigger(trigger, showing).await,
-            Line::Registers => {}
+            Line::Asked => {}
         }
     }
 }
 
 /// Scans whenever a host has armed everything.
 async fn run(lines: Vec<Line>, showing: Arc<Showing>, period: Duration, count: watch::Sender<u64>) {
+    if showing.triggers() == 0 {
+        // Everything is asked, and nothing moves but by a program: no scan of the stand begins or ends.
+        return std::future::pending().await;
+    }
     // Where nothing is triggered, devices that are asked begin the scan.
     let is_any_triggered = lines.iter().any(Line::is_triggered);
     let waits_for = |line: &&Line| !is_any_triggered || line.is_triggered();
@@ -290,8 +350,17 @@ async fn run(lines: Vec<Line>, showing: Arc<Showing>, period: Duration, count: w
             }
         }
         count.send_modify(|count| *count += 1);
+        let (free, mut trigger) = (lines.iter().any(Line::is_free), showing.triggers());
         while lines.iter().filter(waits_for).any(Line::is_armed) {
-            sleep(POLL).await;
+            match free {
+                // It measures on where the machine stands now.
+                true => sleep_until(began + period.mul_f64(trigger as f64)).await,
+                false => sleep(POLL).await,
+            }
+            for line in lines.iter().filter(|line| line.is_free()) {
+                line.trigger(trigger, &showing).await;
+            }
+            trigger = trigger.saturating_add(1);
         }
         showing.back();
     }

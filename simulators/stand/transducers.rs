@@ -1,36 +1,28 @@
-//! A CAN bus behind an slcan adapter at a TCP port: transducers after CiA 406, and described devices.
+//! Transducers after CiA 406, as nodes of a simulated bus.
 
-use asphera_cia406::wire::object;
+use asphera_cia406::wire::object::{self, Address};
+use asphera_cia406::wire::{Expedited, MappedObject, NmtCommand, NmtRequest, NodeId, SdoRequest};
 use asphera_cia406::{Kind, PositionObject, Settings, Transmission};
-use asphera_sim_cia406::{Bus, NodeConfig, Simulator};
-use tokio::net::TcpListener;
-
-use std::sync::Arc;
-
-use crate::gauges::Gauges;
-use crate::port::next_host;
-use crate::showing::Showing;
+use asphera_link::CanFrame;
+use asphera_sim_cia406::NodeConfig;
 
 /// Why a node by these settings is not simulated; `None` where it is.
 pub(crate) fn refusal(settings: &Settings) -> Option<&'static str> {
-    if settings.listen_only {
-        return Some("another master sets it up, and there is none here: remove listen_only");
-    }
-    match (settings.transmission, settings.kind) {
-        (Transmission::EventTimer { .. }, _) => {
-            Some("it sends by a timer of its own, without SYNC")
+    match settings.transmission {
+        Transmission::Sync { every: 2.. } => {
+            Some("it answers some of the SYNCs only: with every_sync = 1 it is simulated")
         }
-        (Transmission::Sync { every: 2.. }, _) => Some("it answers some of the SYNCs only"),
-        (_, Kind::Rotary { .. }) => Some("it turns: with kind = \"counts\" it is simulated"),
-        (Transmission::Sync { .. }, Kind::Linear { .. } | Kind::Counts) => None,
+        Transmission::Sync { .. } | Transmission::EventTimer { .. } => None,
     }
 }
 
 /// Length of a count in the unit of the channel.
 fn step(settings: &Settings) -> f64 {
     match settings.kind {
+        Kind::Linear { step_nm: Some(step_nm) } if settings.listen_only => step_nm / NM_PER_MM,
         Kind::Linear { .. } => f64::from(step_nm(settings)) / NM_PER_MM,
-        Kind::Counts | Kind::Rotary { .. } => 1.0,
+        Kind::Rotary { counts_per_turn } => std::f64::consts::TAU / f64::from(counts_per_turn),
+        Kind::Counts => 1.0,
     }
 }
 
@@ -44,77 +36,78 @@ fn step_nm(settings: &Settings) -> u32 {
 
 /// The value that is read where this one is sent.
 pub(crate) fn shown(settings: &Settings, value: f64) -> f64 {
-    f64::from(counts(settings, value)) * step(settings)
+    (value / step(settings)).round() * step(settings)
 }
 
-fn counts(settings: &Settings, value: f64) -> i32 {
-    (value / step(settings)).round() as i32
+/// Counts that the node sends for a value. A rotary encoder without a sign stands in the middle of its turns.
+pub(crate) fn counts(settings: &Settings, value: f64) -> i32 {
+    let counts = (value / step(settings)).round() as i64;
+    match (settings.kind, settings.position) {
+        (Kind::Rotary { counts_per_turn }, PositionObject::SingleUnsigned) => {
+            let turns = (1_i64 << 31) / i64::from(counts_per_turn.max(1));
+            // The bits of an unsigned number.
+            (counts + turns * i64::from(counts_per_turn)) as u32 as i32
+        }
+        _ => counts as i32,
+    }
 }
 
-/// A bus: transducers with their numbers among the devices, and the other devices on it.
-pub(crate) struct Transducers {
-    simulator: Simulator,
-    nodes: Vec<(usize, Settings)>,
-    gauges: Arc<Gauges>,
+/// Whether a node sends at every SYNC, not by a timer of its own.
+pub(crate) fn is_synchronous(settings: &Settings) -> bool {
+    matches!(settings.transmission, Transmission::Sync { .. })
 }
 
-impl Transducers {
-    /// Puts the devices on a bus; `None` where two nodes have one number.
-    pub(crate) fn new(nodes: Vec<(usize, Settings)>, gauges: Gauges) -> Option<Transducers> {
-        let gauges = Arc::new(gauges);
-        let config = |(_, settings): &(usize, Settings)| NodeConfig {
-            node_id: settings.node_id,
-            vendor_id: settings.vendor_id.unwrap_or(NodeConfig::default().vendor_id),
-            position: match settings.position {
-                PositionObject::MultiSensor => object::POSITION_1,
-                PositionObject::Single | PositionObject::SingleUnsigned => object::POSITION,
-            },
-            position_step_nm: step_nm(settings),
-            ..NodeConfig::default()
-        };
-        let bus = Bus::new(nodes.iter().map(config).collect()).ok()?;
-        let simulator = Simulator::with_participant(bus, gauges.clone());
-        Some(Transducers { simulator, nodes, gauges })
+/// The node by these settings.
+pub(crate) fn node(settings: &Settings) -> NodeConfig {
+    NodeConfig {
+        node_id: settings.node_id,
+        vendor_id: settings.vendor_id.unwrap_or(NodeConfig::default().vendor_id),
+        position: settings.position.address(),
+        position_step_nm: step_nm(settings),
+        ..NodeConfig::default()
     }
+}
 
-    /// Whether something on the bus sends by itself.
-    pub(crate) fn is_triggered(&self) -> bool {
-        !self.nodes.is_empty() || self.gauges.is_any_triggered()
+/// Frames of the other master, which sets up a node that the station only listens to.
+pub(crate) fn other_master(settings: &Settings) -> Vec<CanFrame> {
+    let Some(node) = NodeId::new(settings.node_id).ok().filter(|_| settings.listen_only) else {
+        return Vec::new();
+    };
+    let write = |address, value| SdoRequest::Download(address, value).encode(node);
+    let mapped = [
+        Some(MappedObject { address: settings.position.address(), bits: 32 }),
+        settings.map_velocity.then_some(MappedObject { address: object::VELOCITY_1, bits: 16 }),
+        settings.map_status.then_some(MappedObject { address: object::AREA_STATE_1, bits: 8 }),
+    ];
+    let cob = u32::from(asphera_cia406::wire::Cob::Tpdo1(node).id()) | object::PDO_NO_REMOTE;
+    let mut frames = vec![
+        write(object::TPDO1_COB, Expedited::u32(cob | object::PDO_INVALID)),
+        write(object::TPDO1_MAPPING, Expedited::u8(0)),
+    ];
+    let mut count = 0;
+    for object in mapped.into_iter().flatten() {
+        count += 1;
+        let address = Address::new(object::TPDO1_MAPPING.index, count);
+        frames.push(write(address, Expedited::u32(object.entry())));
     }
-
-    pub(crate) fn is_armed(&self) -> bool {
-        self.simulator.is_open() && self.simulator.armed() && self.gauges.are_armed()
-    }
-
-    /// One SYNC with the positions of all nodes after it, where there are nodes; then the frames of the other devices. What nobody hears
-    /// is lost, as on a real bus.
-    pub(crate) async fn trigger(&self, trigger: u64, showing: &Showing) {
-        if !self.nodes.is_empty() {
-            self.sync(trigger, showing).await;
+    frames.push(write(object::TPDO1_MAPPING, Expedited::u8(count)));
+    match settings.transmission {
+        Transmission::Sync { every } => {
+            frames.push(write(object::TPDO1_TYPE, Expedited::u8(every)));
+            let overflow = settings.sync_counter_overflow.unwrap_or(0);
+            frames.push(write(object::SYNC_OVERFLOW, Expedited::u8(overflow)));
         }
-        let frames = self.gauges.frames(trigger);
-        if !frames.is_empty() {
-            let _delivery = self.simulator.transmit(&frames).await;
-        }
-    }
-
-    async fn sync(&self, trigger: u64, showing: &Showing) {
-        let position = |(device, settings): &(usize, Settings)| {
-            counts(settings, showing.at(*device, trigger).first().copied().unwrap_or(0.0))
-        };
-        let positions: Vec<i32> = self.nodes.iter().map(position).collect();
-        let overflow = self.nodes.iter().find_map(|(_, settings)| settings.sync_counter_overflow);
-        let counter = overflow.map(|overflow| (trigger % u64::from(overflow)) as u8 + 1);
-        let _delivery = self.simulator.sync(counter, &positions).await;
-    }
-
-    /// Serves one host after the other.
-    pub(crate) async fn serve(self: Arc<Self>, port: TcpListener) {
-        while let Some(stream) = next_host(&port).await {
-            // A host that goes away in the middle of a frame is no trouble of the bus.
-            drop(self.simulator.serve(stream).await);
+        Transmission::EventTimer { period_ms } => {
+            frames.push(write(object::TPDO1_TYPE, Expedited::u8(BY_TIMER)));
+            frames.push(write(object::TPDO1_EVENT_TIMER, Expedited::u16(period_ms)));
         }
     }
+    frames.push(write(object::HEARTBEAT_TIME, Expedited::u16(settings.heartbeat_ms)));
+    frames.push(write(object::TPDO1_COB, Expedited::u32(cob)));
+    frames.push(NmtRequest::to(node, NmtCommand::Start).encode());
+    frames
 }
 
 const NM_PER_MM: f64 = 1e6;
+/// Transmission type of a PDO that is sent by event timer (CiA 301).
+const BY_TIMER: u8 = 254;

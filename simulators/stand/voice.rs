@@ -8,12 +8,14 @@ use crate::connection::{QUEUE, Talker};
 use crate::example::Example;
 use crate::frame::{Frames, Moment};
 use crate::showing::Showing;
+use crate::sight::Sight;
 
 /// A device that several tasks share.
-#[derive(Debug)]
 pub(crate) struct Voice {
     device: usize,
     frames: Frames,
+    /// Of a line scanner.
+    sight: Option<Sight>,
     showing: Arc<Showing>,
     /// To the connection. While the host does not read, the scan waits.
     sent: mpsc::Sender<Vec<u8>>,
@@ -47,11 +49,11 @@ impl Voice {
     /// A device, and what it sends by itself.
     pub(crate) fn new(
         device: usize,
-        frames: Frames,
+        (frames, sight): (Frames, Option<Sight>),
         showing: Arc<Showing>,
     ) -> (Arc<Voice>, mpsc::Receiver<Vec<u8>>) {
         let (sent, queue) = mpsc::channel(QUEUE);
-        (Arc::new(Voice { device, frames, showing, sent, host: Mutex::default() }), queue)
+        (Arc::new(Voice { device, frames, sight, showing, sent, host: Mutex::default() }), queue)
     }
 
     /// Whether it sends by itself.
@@ -80,7 +82,8 @@ impl Voice {
     }
 
     fn frame(&self, trigger: u64, values: &[f64]) -> Vec<u8> {
-        self.frames.bytes(&Moment { trigger, clock_s: self.showing.clock_s(), values })
+        let clock_s = self.showing.clock_s();
+        self.frames.bytes(&Moment { trigger, clock_s, values, sight: self.sight.as_ref() })
     }
 
     /// The longest saying with which these bytes begin.

@@ -107,7 +107,7 @@ fn settings(text: &str) -> Box<dyn DeviceSettings> {
 fn played(name: &str, settings: &dyn DeviceSettings, courses: Vec<Vec<f64>>) -> Played {
     let instrument = Instrument::new(name, 0, settings).unwrap();
     let courses = courses.into_iter().map(Some).collect();
-    Played { instrument, courses, sight: None, listen: None }
+    Played { instrument, courses, sight: None, touch: None, listen: None }
 }
 
 fn line(text: &str) -> CanFrame {

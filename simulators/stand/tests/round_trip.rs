@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use asphera_link::{Command, DeviceSettings, Event, Family, Input, Nanos, Output, Reading};
-use asphera_stand::{Instrument, Played, Stand};
+use asphera_stand::{Instrument, Played, Sight, Stand};
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, sleep_until, timeout};
@@ -117,7 +117,7 @@ fn played(name: &str, link: usize, settings: &dyn DeviceSettings, points: usize)
         Some(values.map(|value| instrument.shown(channel, value)).collect())
     };
     let courses = (0..settings.channels().len()).map(course).collect();
-    Played { instrument, courses, sight: None, listen: None }
+    Played { instrument, courses, sight: None, touch: None, listen: None }
 }
 
 /// Readings of the driver of these settings at a port, until there are so many.
@@ -197,15 +197,81 @@ async fn a_stage_that_is_asked_answers() {
     }
 }
 
-/// What nothing plays is said with the name of the device.
+/// Rows of heights are those that the scanner sees: in text as fine as a line has room for, in records bit for bit, and gaps as gaps.
+#[tokio::test]
+async fn rows_of_heights_are_read_as_they_were_seen() {
+    let text = "separator = \",\"\nlongest = 400\nbegins_whole = true\n[profile]\ncolumn = 2\npoints = 20\nx_first_mm = -1\npitch_mm = 0.1\nno_signal = [\"nan\"]\n[[field]]\nname = \"n\"\ncolumn = 1\nrole = \"count\"\nmodulus = 1000\n";
+    let record = "frame = \"record\"\nbegin = '\\xAA\\x55'\nlength = 46\nchecksum = { kind = \"crc16-modbus\", form = \"binary\", order = \"little\" }\n[profile]\nat = 4\nform = \"i16\"\npoints = 20\nx_first_mm = -1\npitch_mm = 0.1\nscale = 1e-3\noffset_mm = 4\nno_value = -32768\n[[field]]\nname = \"n\"\nat = 2\nform = \"u16\"\nrole = \"count\"\nmodulus = 1000\n";
+    let height_mm = |trigger: u64, x_mm: f64| (trigger as f64 * 0.01).sin() + x_mm * x_mm;
+    for (text, fine_mm) in [(text, 1e-9), (record, 0.5e-3)] {
+        let settings = settings(asphera_described::FAMILY, text);
+        let instrument = Instrument::new("rows", 0, &*settings).unwrap();
+        assert_eq!(instrument.line_points(), Some(20));
+        let seen = move |trigger: u64, point: usize, x_mm: f64| {
+            (point != 7).then(|| height_mm(trigger, x_mm))
+        };
+        let still = Played::still(instrument);
+        // What has a course has so many triggers.
+        let courses = vec![Some(vec![0.0; 60]); still.courses.len().max(1)];
+        let rows = Played { courses, sight: Some(Sight::new(20, seen)), ..still };
+        let stand = Stand::start(vec![rows], 1000.0).await.unwrap();
+        let address = stand.listing()[0].address;
+        let found = timeout(PATIENCE, readings(&*settings, address, 50)).await.unwrap();
+        for reading in &found {
+            assert!(reading.flags.is_empty(), "{:?}", reading.flags);
+            let trigger = u64::from(reading.count.unwrap().raw);
+            let points_mm = reading.values.profile().unwrap().points_mm();
+            assert_eq!((points_mm.len(), points_mm[7]), (20, None));
+            for [x_mm, z_mm] in points_mm.iter().flatten() {
+                let off_mm = z_mm - height_mm(trigger, *x_mm);
+                assert!(off_mm.abs() <= 1.001 * fine_mm, "{x_mm}: {off_mm} mm");
+            }
+        }
+    }
+}
+
+/// A probe that runs by its own clock measures on where the scan ended.
+#[tokio::test]
+async fn a_free_probe_measures_on_after_the_scan() {
+    let text = "trigger = \"free\"\nsignals = [75, 76, 65, 256, 257]\nsample_rate_hz = 2000\n";
+    let settings = settings(asphera_chrocodile::FAMILY, text);
+    let instrument = Instrument::new("probe", 0, &*settings).unwrap();
+    assert_eq!(instrument.free_rate_hz(), Some(2000.0));
+    let encoder = settings.channels().iter().position(|one| one.name == "encoder_x").unwrap();
+    let mut probe = Played::still(instrument);
+    probe.courses[encoder] = Some((0..50).map(f64::from).collect());
+    let stand = Stand::start(vec![probe], 2000.0).await.unwrap();
+    let address = stand.listing()[0].address;
+    let found = timeout(PATIENCE, readings(&*settings, address, 90)).await.unwrap();
+    let places: Vec<f64> = found.iter().map(|one| one.values.get(encoder).unwrap()).collect();
+    let last = places.iter().position(|place| *place == 49.0).unwrap();
+    assert!(places[..last].windows(2).all(|pair| pair[1] == pair[0] + 1.0), "{places:?}");
+    assert!(places[last..].iter().all(|place| *place == 49.0), "{places:?}");
+}
+
+/// What nothing plays is said with the name of the device, why, and what would do.
 #[test]
 fn devices_that_nothing_plays_are_named() {
-    let row = "separator = \",\"\n[profile]\ncolumn = 1\npoints = 3\npitch_mm = 0.1\n";
-    let described = settings(asphera_described::FAMILY, row);
-    let error = Instrument::new("rows", 0, &*described).unwrap_err().to_string();
-    assert!(error.contains("device rows") && error.contains("profiles"), "{error}");
-    let free = "trigger = \"free\"\nsignals = [75, 76, 256, 257]\n";
-    let settings = settings(asphera_chrocodile::FAMILY, free);
-    let error = Instrument::new("probe", 0, &*settings).unwrap_err().to_string();
-    assert!(error.contains("device probe") && error.contains("trigger = \"each\""), "{error}");
+    for (family, text, cure) in [
+        (
+            asphera_chrocodile::FAMILY,
+            "averaging = 4\nsignals = [75, 76, 256, 257]",
+            "averaging = 1",
+        ),
+        (asphera_cia406::FAMILY, "node_id = 5\nevery_sync = 2", "every_sync = 1"),
+        (
+            asphera_cia402::FAMILY,
+            "node_id = 5\nstep_nm = 100\nhoming = { method = 1, switch_mm_s = 1, zero_mm_s = 1 }",
+            "17, 35 and 37",
+        ),
+        (
+            asphera_cia402::FAMILY,
+            "node_id = 5\nstep_nm = 100\nvelocity_scale = 10",
+            "velocity_scale = 1",
+        ),
+    ] {
+        let settings = settings(family, text);
+        let error = Instrument::new("one", 0, &*settings).unwrap_err().to_string();
+        assert!(error.contains("device one") && error.contains(cure), "{error}");
+    }
 }

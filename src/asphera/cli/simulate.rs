@@ -36,9 +36,10 @@ pub(super) struct SimulateArgs {
     station: Option<PathBuf>,
     #[command(flatten)]
     part: PartArgs,
-    /// How many times as fast as it was recorded, or max: as fast as it is taken.
-    #[arg(long, default_value = "1", requires = "session")]
-    speed: Speed,
+    /// How many times as fast as it was recorded (1 unless given), or max: as fast as it is taken. Of a station with a program: as the
+    /// usual machine.
+    #[arg(long)]
+    speed: Option<Speed>,
 }
 
 pub(super) fn run(args: &SimulateArgs) -> Result<Exit, Failure> {
@@ -57,7 +58,10 @@ fn bench(rig: &Path, args: &SimulateArgs) -> Result<Exit, Failure> {
     let name = rig.display().to_string();
     let text = toml_text(rig)?;
     if is_station(&text) {
-        return block_on(simulate(rig, &args.part, args.station.as_deref()));
+        return block_on(simulate(rig, &args.part, args.speed, args.station.as_deref()));
+    }
+    if args.speed.is_some() {
+        return Err(format!("--speed: expected --session or a station with a program, found {name}, a bench: its file says how fast it is").into());
     }
     if args.station.is_some() {
         return Err(format!("--station: expected the configuration of a station or --session, found {name}, a bench: its configuration is in config/examples").into());
@@ -127,7 +131,7 @@ fn profile(scene: ProfilerScene) -> Result<Exit, Failure> {
 }
 
 async fn play(session: &Path, args: &SimulateArgs) -> Result<Exit, Failure> {
-    let playback = Playback::open(session, args.speed).await?;
+    let playback = Playback::open(session, args.speed.unwrap_or(Speed::Times(1.0))).await?;
     for (name, kind, address) in playback.listing() {
         print(&format!("{name:<10} {kind:<14} {address}\n"));
     }

@@ -60,7 +60,7 @@ pub enum ProfileDirection {
 
 impl Carriage {
     /// The axis itself.
-    pub(super) fn axis(&self) -> &Axis {
+    pub(crate) fn axis(&self) -> &Axis {
         match self {
             Carriage::Linear(axis) | Carriage::Turning { rotary: axis, .. } => axis,
         }

@@ -8,13 +8,14 @@ use asphera_stand::{Instrument, Listing, Stand};
 use clap::Args;
 use toml_edit::{DocumentMut, Item, value};
 
+use super::super::Speed;
 use super::super::exit::Exit;
 use super::super::output::{Failure, print, say};
 use super::super::serve::interrupted;
 use super::links::{Lead, lead};
 use super::silence::allow_silence;
 use crate::config::Config;
-use courses::{Scan, scan};
+use courses::{Order, Scan, scan};
 
 /// The part, and how it is scanned.
 #[derive(Args, Clone, Debug)]
@@ -34,6 +35,9 @@ pub(super) struct PartArgs {
     /// Of a station's configuration: seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// How many times as fast as usual a machine with a program is.
+    #[arg(skip)]
+    pub(super) speed: Option<Speed>,
 }
 
 /// Whether a file is the configuration of a station: it has devices, as no bench has.
@@ -45,12 +49,15 @@ pub(super) fn is_station(text: &str) -> bool {
 pub(super) async fn simulate(
     file: &Path,
     args: &PartArgs,
+    speed: Option<Speed>,
     station: Option<&Path>,
 ) -> Result<Exit, Failure> {
+    let args = &PartArgs { speed, ..args.clone() };
     check(args)?;
     let config = Config::load(file)?;
     let scan = scan(&config, args)?;
     let (points, rate_hz) = (scan.points, scan.rate_hz);
+    let ends_by_count = config.end.points.is_some() || scan.ends_by_count();
     say(&described(&scan, args));
     let mut text: DocumentMut = config.text.parse()?;
     for left_out in flawless(&mut text) {
@@ -59,7 +66,10 @@ pub(super) async fn simulate(
     for changed in allow_silence(&mut text) {
         say(&format!("Simulated devices are silent after the scan: {changed} is left out"));
     }
-    let mut stand = Stand::start(scan.played, rate_hz).await?;
+    let mut stand = match scan.order {
+        Order::Plan(moving) => Stand::start_moving(scan.played, rate_hz, moving).await?,
+        Order::Simulation | Order::Program => Stand::start(scan.played, rate_hz).await?,
+    };
     for listing in stand.listing() {
         let Listing { kind, address, second_port, .. } = *listing;
         let name = &config.links[listing.link].name;
@@ -74,7 +84,7 @@ pub(super) async fn simulate(
             lead(&mut text, name, Lead { kind, address, second_port, carries_fd });
         }
     }
-    if config.end.points.is_some() {
+    if ends_by_count {
         text["scan"]["points"] = value(i64::try_from(points)?);
     }
     match station {
@@ -128,6 +138,18 @@ fn check(args: &PartArgs) -> Result<(), Failure> {
     Ok(())
 }
 
+/// How many times as fast as usual a machine with a program is.
+fn machine_speed(args: &PartArgs) -> Result<f64, Failure> {
+    match args.speed {
+        None => Ok(1.0),
+        Some(Speed::Times(times)) => Ok(times),
+        Some(Speed::Max) => {
+            Err("--speed: expected how many times as fast as usual the machine is, found max"
+                .into())
+        }
+    }
+}
+
 /// What is measured, for a person.
 fn described(scan: &Scan, args: &PartArgs) -> String {
     let seconds = scan.points as f64 / scan.rate_hz;
@@ -135,9 +157,16 @@ fn described(scan: &Scan, args: &PartArgs) -> String {
         0.0 => String::new(),
         shift_mm => format!(", moved by {shift_mm:.3} mm along z so that the probe reaches it"),
     };
+    let pace = match scan.order {
+        Order::Simulation => format!("{} triggers in {seconds:.0} s", scan.points),
+        Order::Plan(_) => {
+            format!("{} readings a second, while the station moves its axes", scan.rate_hz)
+        }
+        Order::Program => "the machine runs the program of the station".to_owned(),
+    };
     format!(
-        "{} with {} nm of form error and {} nm of noise{shift}; {} triggers in {seconds:.0} s",
-        scan.part, args.form_nm, args.noise_nm, scan.points
+        "{} with {} nm of form error and {} nm of noise{shift}; {pace}",
+        scan.part, args.form_nm, args.noise_nm
     )
 }
 

@@ -2,6 +2,10 @@
 
 mod ball;
 mod lines;
+mod moving;
+mod program;
+mod side;
+mod tilting;
 
 use std::net::SocketAddr;
 
@@ -9,7 +13,7 @@ use asphera_form::Parameter;
 use asphera_form::form_error::FormError;
 use asphera_geometry::Numbers;
 use asphera_measure::Part;
-use asphera_stand::{Instrument, Played, Sight};
+use asphera_stand::{Instrument, Moving, Played, Sight, Touch};
 use asphera_transport::Endpoint;
 
 use super::super::super::output::Failure;
@@ -29,25 +33,48 @@ pub(super) struct Scan {
     pub(super) part: &'static str,
     /// How far the part lies above its nominal place, mm.
     pub(super) shift_mm: f64,
+    /// Who says where the machine goes.
+    pub(super) order: Order,
+}
+
+impl Scan {
+    /// Whether a device measures on after the last trigger, so that no silence ends the scan.
+    pub(super) fn ends_by_count(&self) -> bool {
+        let is_simulated = matches!(self.order, Order::Simulation);
+        is_simulated && self.played.iter().any(|played| played.instrument.free_rate_hz().is_some())
+    }
+}
+
+/// Who says where the machine goes.
+pub(super) enum Order {
+    /// The simulation: from place to place at each trigger.
+    Simulation,
+    /// The station's plan.
+    Plan(Moving),
+    /// The station's program.
+    Program,
 }
 
 /// The scan of a configuration's nominal, with a smooth form error along z.
 ///
 /// Each place is the one that the devices show: their steps are finite, and the part is met where they say.
 pub(super) fn scan(config: &Config, args: &PartArgs) -> Result<Scan, Failure> {
-    if config.scan.is_some() || config.program.is_some() {
-        return Err("this station moves its devices itself: simulate it with a bench, as simulators/rig/scenes/stage.toml".into());
-    }
     let mut shown = Shown::new(config, instruments(config)?);
-    if let Kinematics::Line(profiler) = &config.kinematics {
-        return lines::scan(config, args, profiler, shown);
+    if let Some(stream) = config.program {
+        return program::scan(config, args, stream, shown);
+    }
+    if args.speed.is_some() {
+        return Err("--speed: expected --session or a station with a program, found another station: --rate says how fast it is scanned".into());
+    }
+    let args = &paced(args, &shown)?;
+    if let Some(plan) = &config.scan {
+        return moving::scan(config, args, plan, shown);
     }
     let height = match &config.kinematics {
         Kinematics::Cartesian { z, .. } => z,
         Kinematics::Polar { probe, .. } => probe,
-        Kinematics::Line(_) | Kinematics::Tilting(_) => {
-            return Err("[kinematics]: expected cartesian, polar or line, found a probe that tilts, which is not simulated".into());
-        }
+        Kinematics::Line(profiler) => return lines::scan(config, args, profiler, shown),
+        Kinematics::Tilting(tilting) => return tilting::scan(config, args, tilting, shown),
     };
     let places = places(config, args.points, &mut shown)?;
     let heights_mm = heights_mm(config, args, &places)?;
@@ -61,7 +88,17 @@ pub(super) fn scan(config: &Config, args: &PartArgs) -> Result<Scan, Failure> {
         rate_hz: rate_hz(config, args),
         part: config.part.nominal.kind(),
         shift_mm,
+        order: Order::Simulation,
     })
+}
+
+/// The arguments with the rate of a device that runs by its own clock, where there is one.
+fn paced(args: &PartArgs, shown: &Shown<'_>) -> Result<PartArgs, Failure> {
+    let free = shown.played.iter().find_map(|played| played.instrument.free_rate_hz());
+    match (args.rate, free) {
+        (Some(found), Some(free_hz)) if found != free_hz => Err(format!("--rate: expected none or {free_hz} Hz, of a device that runs by its own clock, found {found} Hz: its settings say how fast it measures").into()),
+        (rate, free) => Ok(PartArgs { rate: rate.or(free), ..args.clone() }),
+    }
 }
 
 /// Where the axes say that the machine stands at each trigger.
@@ -89,7 +126,7 @@ fn places(config: &Config, points: u64, shown: &mut Shown<'_>) -> Result<Vec<Pla
             };
             turns.map(place).collect()
         }
-        // One is scanned line by line, the other not at all.
+        // They have scans of their own.
         Kinematics::Line(_) | Kinematics::Tilting(_) => Vec::new(),
     };
     if places.is_empty() {
@@ -199,10 +236,8 @@ struct Shown<'a> {
 impl Shown<'_> {
     fn new(config: &Config, instruments: Vec<Instrument>) -> Shown<'_> {
         let played = |(instrument, device): (Instrument, &crate::config::DeviceConfig)| Played {
-            instrument,
-            courses: vec![None; device.channels.len()],
-            sight: None,
             listen: listen(config, device.link),
+            ..Played::still(instrument)
         };
         let played = instruments.into_iter().zip(&config.devices).map(played).collect();
         Shown { config, played }
@@ -220,6 +255,11 @@ impl Shown<'_> {
     /// Lets the device of a stream see the part.
     fn see(&mut self, stream: usize, sight: Sight) {
         self.played[self.config.sync.devices[stream]].sight = Some(sight);
+    }
+
+    /// Lets the device of a stream touch the part.
+    fn touch(&mut self, stream: usize, touch: Touch) {
+        self.played[self.config.sync.devices[stream]].touch = Some(touch);
     }
 
     /// Lowest and highest place that an axis can show, mm.
