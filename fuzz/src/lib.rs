@@ -1,5 +1,6 @@
 //! What the fuzz targets share: inputs as a fuzzer can write them, and what must hold for what is made of them.
 
+pub mod can;
 pub mod contour;
 pub mod drivers;
 pub mod http;

@@ -1,10 +1,13 @@
-//! The laws of the fuzz targets `drivers`, `toml` and `http` over all inputs that are kept, and over changes of them: they stay alive
+//! The laws of the fuzz targets `can`, `drivers`, `toml` and `http` over all inputs that are kept, and over changes of them: they stay alive
 //! without a fuzzer.
 
 use std::fs;
 use std::panic::{RefUnwindSafe, catch_unwind};
 use std::path::Path;
 
+#[path = "../../fuzz/src/can.rs"]
+#[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
+mod can;
 #[path = "../../fuzz/src/drivers.rs"]
 #[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
 mod drivers;
@@ -86,6 +89,11 @@ const WORDS: [&str; 12] = [
     "\0",
     "..%2f",
 ];
+
+#[test]
+fn frames_that_are_kept_and_changes_of_them_hold_the_laws() {
+    hold("can", 500, can::hold);
+}
 
 #[test]
 fn devices_that_are_kept_and_changes_of_them_hold_the_laws() {
