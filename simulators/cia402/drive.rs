@@ -12,6 +12,10 @@ use crate::dictionary::Dictionary;
 use crate::power;
 use crate::profile::Profile;
 
+mod origin;
+
+use origin::Origin;
+
 /// Axis of a drive, in counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveSettings {
@@ -66,15 +70,6 @@ pub struct Drive {
     out: Vec<CanFrame>,
 }
 
-/// What a drive is from the factory, and what its encoder knows.
-#[derive(Clone, Copy, Debug, Default)]
-struct Origin {
-    /// Object 1018.01h, where it is another than usual.
-    vendor: Option<u32>,
-    /// Position at the negative limit switch of an encoder that knows its place.
-    at_switch: Option<i32>,
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum HomingState {
     Never,
@@ -108,45 +103,6 @@ impl Drive {
             out: Vec::new(),
             settings,
         })
-    }
-
-    /// The same drive of another vendor (object 1018.01h).
-    #[must_use]
-    pub fn of_vendor(mut self, vendor: u32) -> Drive {
-        self.origin.vendor = Some(vendor);
-        self.apply_origin();
-        self
-    }
-
-    /// The same drive with an encoder that knows its place from power-on: its position at the negative limit switch, in counts. It counts
-    /// as homed.
-    #[must_use]
-    pub fn absolute(mut self, at_switch: i32) -> Drive {
-        self.origin.at_switch = Some(at_switch);
-        self.apply_origin();
-        self
-    }
-
-    fn apply_origin(&mut self) {
-        if let Some(vendor) = self.origin.vendor {
-            self.dictionary.set(object::VENDOR, vendor);
-        }
-        if let Some(at_switch) = self.origin.at_switch {
-            self.zero = -f64::from(at_switch);
-            self.homing = HomingState::Attained;
-        }
-    }
-
-    /// Something else moves the axis to a place on the travel, in counts: a hand, or a machine that the drive is not told of.
-    pub fn push(&mut self, now: Nanos, place: f64) {
-        self.settle(now);
-        self.profile = Profile::Still(place);
-        self.settle(now);
-    }
-
-    /// Whether it is operational with its TPDO on and timed.
-    pub fn is_sending(&self) -> bool {
-        self.nmt == NmtState::Operational && self.event_due.is_some() && self.dictionary.has_tpdo()
     }
 
     /// Place on the travel, in counts: the truth, whatever the drive counts from.

@@ -72,7 +72,7 @@ struct Counting {
 }
 
 impl Axes {
-    /// The axes of these devices, which obey where the station moves them. Fails with the name of a device that cannot run as far.
+    /// The axes of these devices, which obey where the station moves them. Fails with what a device cannot do, in words.
     pub(crate) fn new(played: &[Played], moving: Option<&Moving>) -> Result<Axes, String> {
         let mut axes = Axes { stages: Vec::new(), drives: Vec::new() };
         let mut buses: Vec<(usize, Vec<Drive>, Vec<Counting>)> = Vec::new();
@@ -80,13 +80,13 @@ impl Axes {
             let (name, link) = (&one.instrument.name, one.instrument.link);
             match (&one.instrument.kind, moving) {
                 (Kind::Stage(settings, _), Some(moving)) => {
-                    let (stage, first) =
-                        stage(settings, device, moving).ok_or_else(|| name.clone())?;
+                    let (stage, first) = stage(settings, device, moving)
+                        .ok_or_else(|| short_stage(name, settings))?;
                     axes.stages.push(StageAxes { device, stage, first });
                 }
                 (Kind::Drive(settings), _) => {
                     let travel = moving.and_then(|moving| moving.travel(device, 0));
-                    let (drive, at_switch) = drive(settings, travel).ok_or_else(|| name.clone())?;
+                    let (drive, at_switch) = drive(settings, travel).ok_or_else(|| format!("device {name}: its axis does not run as far as [scan.plan] lets it: a drive that is homed by a switch counts from its home offset on. Set the travel, or offset_mm of [kinematics]"))?;
                     let counting = Counting { device, at_switch, step: step(settings) };
                     match buses.iter_mut().find(|(known, ..)| *known == link) {
                         Some((_, drives, all)) => {
@@ -150,12 +150,28 @@ impl DriveAxes {
     }
 }
 
-/// A stage with the travel of its axes, and the number of the first axis. `None` where an axis would have to run below 0.
+/// Why a stage by these settings does not obey, in words.
+fn short_stage(name: &str, settings: &zaber::Settings) -> String {
+    match settings.checksum {
+        true => format!(
+            "device {name}: a simulated stage that moves has no checksums: set checksum = false"
+        ),
+        false => format!(
+            "device {name}: its axes do not run as far as [scan.plan] lets them: a Zaber stage counts from 0 on. Set the travel, or offset_mm of [kinematics]"
+        ),
+    }
+}
+
+/// A stage with the travel of its axes, and the number of the first axis. `None` where an axis would have to run below 0, or where it is to
+/// have checksums.
 fn stage(
     settings: &zaber::Settings,
     device: usize,
     moving: &Moving,
 ) -> Option<(SharedStage, usize)> {
+    if settings.checksum {
+        return None;
+    }
     let first = usize::from(settings.axis).saturating_sub(1);
     let axis = |(channel, axis): (usize, &zaber::Axis)| {
         let step = match axis.microstep {
@@ -163,6 +179,8 @@ fn stage(
             Microstep::Degrees(deg) => deg.to_radians(),
         };
         let [low, high] = moving.travel(device, channel).unwrap_or([0.0, 0.0]);
+        // What turns without end begins anywhere.
+        let low = if matches!(axis.microstep, Microstep::Degrees(_)) { low.max(0.0) } else { low };
         let fits = low >= 0.0 && high / step < f64::from(i32::MAX);
         // A stage counts in µm and mm; of one that turns these stand for rad.
         let (microstep_um, travel_mm) = (step * 1e3, high);
@@ -204,7 +222,7 @@ fn drive(settings: &cia402::Settings, travel: Option<[f64; 2]>) -> Option<(Drive
     let node_id = settings.node_id;
     let drive = DriveSettings { node_id, travel: length, at, acceleration: ACCELERATION };
     let drive = Drive::new(drive).ok()?;
-    let drive = settings.vendor_id.map_or(drive.clone(), |vendor| drive.of_vendor(vendor));
+    let drive = settings.vendor_id.map_or(drive.clone(), |vendor| drive.with_vendor(vendor));
     let is_known = settings.reference == Reference::Absolute || travel.is_none() || !by_switch;
     Some((if is_known { drive.absolute(at_switch) } else { drive }, at_switch))
 }

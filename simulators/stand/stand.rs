@@ -55,11 +55,9 @@ pub enum StandError {
     /// Two nodes of a bus have one number, or a map is not known.
     #[error("the devices of link {0} cannot be put together")]
     Devices(usize),
-    /// An axis does not run as far as the station would move it.
-    #[error(
-        "device {0}: its axes do not run as far as [scan.plan] lets them: a Zaber stage counts from 0 on, and a drive that is homed by a switch from its home offset on"
-    )]
-    Travel(String),
+    /// An axis does not obey the station, in words.
+    #[error("{0}")]
+    Axes(String),
 }
 
 /// The devices at work. Dropped, it takes its ports away.
@@ -116,7 +114,7 @@ impl Stand {
         moving: Option<Moving>,
     ) -> Result<Stand, StandError> {
         let period = Duration::from_secs_f64(1.0 / rate_hz);
-        let axes = Axes::new(&played, moving.as_ref()).map_err(StandError::Travel)?;
+        let axes = Axes::new(&played, moving.as_ref()).map_err(StandError::Axes)?;
         let showing = Arc::new(showing(&played, period, (axes, moving)));
         let mut links: Vec<usize> = played.iter().map(|played| played.instrument.link).collect();
         links.sort_unstable();
