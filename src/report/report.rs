@@ -86,6 +86,14 @@ pub struct Timing {
     pub after_last_point_s: f64,
     /// Points received over the whole time.
     pub points_per_s: f64,
+    /// Longest time for which recorded points waited to be processed, in s; 0 where processing kept up, and absent then.
+    #[serde(default, skip_serializing_if = "kept_up")]
+    pub most_behind_s: f64,
+}
+
+/// Whether no points waited.
+fn kept_up(most_behind_s: &f64) -> bool {
+    *most_behind_s == 0.0
 }
 
 /// The recording a report belongs to.

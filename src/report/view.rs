@@ -207,6 +207,8 @@ struct Shown<'a> {
     verdict: &'a Verdict,
     links: &'a [LinkFigures],
     session: Option<&'a SessionFigures>,
+    /// Longest time for which recorded points waited to be processed, s.
+    most_behind_s: f64,
 }
 
 impl View {
@@ -226,6 +228,7 @@ impl View {
             verdict: &report.verdict,
             links: &report.links,
             session: report.session.as_ref(),
+            most_behind_s: report.timing.most_behind_s,
         })
     }
 
@@ -245,6 +248,7 @@ impl View {
             verdict: &snapshot.verdict,
             links: &[],
             session: snapshot.session.as_ref(),
+            most_behind_s: 0.0,
         })
     }
 
@@ -279,7 +283,8 @@ impl View {
             points::mesh(shown.mesh),
             links::chapter(shown.links),
         ]);
-        chapters.extend(shown.session.map(links::session));
+        let session = |session| links::session(session, shown.most_behind_s);
+        chapters.extend(shown.session.map(session));
         chapters.push(verdict::chapter(shown.verdict));
         View {
             headline: deviation::headline(shown.form, shown.sampling),

@@ -145,6 +145,7 @@ pub(super) fn timed(
         total_s: done.as_secs_f64(),
         after_last_point_s: done.since(landed).as_secs_f64(),
         points_per_s: fed as f64 / done.as_secs_f64().max(1e-9),
+        most_behind_s: 0.0,
     };
     match source.content() {
         Content::File(_) => {

@@ -60,6 +60,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<Exit, Failure> {
         total_s,
         after_last_point_s: 0.0,
         points_per_s: report.points.received as f64 / total_s.max(1e-9),
+        most_behind_s: 0.0,
     };
     deliver(&measurement, &args.output, Some(progress))?;
     Ok(Exit::of(&measurement.report))

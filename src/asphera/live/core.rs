@@ -15,6 +15,7 @@ use tracing::{debug, error, info, warn};
 
 use super::brake::Brake;
 use super::lock::Lock;
+use super::overflow::Overflow;
 use super::recording::Recording;
 use super::view::{Running, View};
 use super::worker::{FiguresWatch, Worker};
@@ -502,7 +503,9 @@ impl Core {
         let expected = self.config.expected_points();
         let weighing = Weighing::new(&part, self.config.noise_mm());
         let by_tip = (*along, *tip, self.config.has_systematic());
-        let worker = Worker::start(part, by_tip, expected, plans, weighing, clock.clone());
+        let overflow = Overflow::beside(dir, self.config.recording.reserve_bytes);
+        let timed = (clock.clone(), overflow);
+        let worker = Worker::start(part, by_tip, expected, plans, weighing, timed);
         let worker = worker.map_err(folder)?;
         self.clock = clock;
         self.bench = bench;
@@ -586,6 +589,7 @@ impl Core {
             total_s: now.as_secs_f64(),
             after_last_point_s: now.since(last_point).as_secs_f64(),
             points_per_s: report.points.received as f64 / ending.at.as_secs_f64().max(1e-9),
+            most_behind_s: session.worker.most_behind_s(),
         };
         // A report is numbers and text; should it be no JSON, the recording still ends without it.
         let results = ResultsJson::encode(&*report).ok();

@@ -11,6 +11,7 @@ mod core;
 mod evaluations;
 mod lock;
 mod outputs;
+mod overflow;
 mod parts;
 mod recording;
 mod view;

@@ -10,11 +10,14 @@ use asphera_report::parts::SessionParts;
 use asphera_report::{Backlog, Cut, SectionRequest};
 use tokio::runtime::Handle;
 use tokio::sync::{mpsc, oneshot, watch};
-use tokio::time::timeout;
+use tokio::task::spawn_blocking;
+use tokio::time::sleep;
+use tracing::{debug, error};
 
 use super::backlog::Waiting;
 use super::contour::Contours;
 use super::evaluations::Evaluations;
+use super::overflow::Overflow;
 use super::parts::Parts;
 use crate::clock::Clock;
 use crate::contour::ContourPlan;
@@ -25,6 +28,10 @@ use crate::weighing::Weighing;
 use asphera_measure::Part;
 use asphera_measure::{Along, Measurement, Next, Pipeline, RunningFigures, Systematic, Tip};
 
+mod queue;
+
+use queue::{Queue, Turn};
+
 /// Newest running figures, if there are any.
 pub(super) type FiguresWatch = watch::Receiver<Option<Arc<RunningFigures>>>;
 
@@ -32,6 +39,7 @@ pub(super) type FiguresWatch = watch::Receiver<Option<Arc<RunningFigures>>>;
 pub(super) struct Worker {
     work: mpsc::Sender<Work>,
     waiting: Waiting,
+    overflow: Overflow,
     figures: FiguresWatch,
     contour: watch::Receiver<Option<Arc<SessionContour>>>,
     parts: watch::Receiver<Option<Arc<SessionParts>>>,
@@ -62,7 +70,7 @@ impl Worker {
         expected_points: Option<u64>,
         (contour, parts): (Option<ContourPlan>, Option<PartsPlan>),
         weighing: Weighing,
-        clock: Clock,
+        (clock, overflow): (Clock, Overflow),
     ) -> std::io::Result<Worker> {
         let (work, receiver) = mpsc::channel(QUEUE);
         let (sender, figures) = watch::channel(None);
@@ -72,17 +80,18 @@ impl Worker {
             .awaiting_systematic(awaits_systematic)
             .expecting(expected_points);
         let turns = Arc::new(AtomicU64::new(0));
-        let waiting = Waiting::new();
+        let waiting = Waiting::with_room(overflow.room_points());
         let pace = Pace::new(clock, turns.clone(), waiting.clone());
         let (contours, newest) = watch::channel(None);
         let contours = contour.map(|plan| Contours::new(plan, contours));
         let (part_news, found) = watch::channel(None);
         let parts = parts.map(|plan| Parts::start(plan, part_news)).transpose()?;
         let line = Line { pipeline, weighing, contours, parts };
-        std::thread::Builder::new()
-            .name("pipeline".to_owned())
-            .spawn(move || run(line, pace, &runtime, receiver, &sender))?;
-        Ok(Worker { work, waiting, figures, contour: newest, parts: found, turns })
+        std::thread::Builder::new().name("pipeline".to_owned()).spawn({
+            let queue = Queue { work: receiver, overflow: overflow.clone() };
+            move || run(line, pace, &runtime, queue, &sender)
+        })?;
+        Ok(Worker { work, waiting, overflow, figures, contour: newest, parts: found, turns })
     }
 
     /// The newest running figures.
@@ -115,12 +124,45 @@ impl Worker {
         self.turns.load(Ordering::Relaxed)
     }
 
-    /// Hands over points. It waits while as many wait as may, which holds the links back. Fails when the pipeline has died.
+    /// Longest delay of the processing so far, s; 0 where it kept up.
+    pub(super) fn most_behind_s(&self) -> f64 {
+        self.waiting.most_behind_s()
+    }
+
+    /// Hands over points. Where memory has no room they wait in a file, and those after them, until it has been read. Where the disk has
+    /// no room either, this waits, which holds the links back. Fails when the pipeline has died.
     pub(super) async fn points(&self, points: Vec<Point>) -> Result<(), Died> {
+        if !self.overflow.is_waiting() && self.waiting.try_hand_over(&points) {
+            return self.send(points).await;
+        }
+        let overflow = self.overflow.clone();
+        let appended = spawn_blocking(move || {
+            let appended = overflow.append(&points);
+            (points, appended)
+        });
+        let (points, appended) = appended.await.map_err(|_| Died)?;
+        match appended {
+            Ok(()) => {
+                self.waiting.hand_aside(&points);
+                return if self.work.is_closed() { Err(Died) } else { Ok(()) };
+            }
+            Err(error) => debug!(%error, "points that wait for the pipeline hold the links back"),
+        }
+        // What waits in the file comes before these.
+        while self.overflow.is_waiting() {
+            if self.work.is_closed() {
+                return Err(Died);
+            }
+            sleep(PERIOD).await;
+        }
         tokio::select! {
             () = self.waiting.hand_over(&points) => {}
             () = self.work.closed() => return Err(Died),
         }
+        self.send(points).await
+    }
+
+    async fn send(&self, points: Vec<Point>) -> Result<(), Died> {
         self.work.send(Work::Points(points)).await.map_err(|_| Died)
     }
 
@@ -206,47 +248,80 @@ impl Line {
     }
 }
 
+impl Pace {
+    /// Gives points of the file to the makers of figures.
+    fn take_overflown(&self, line: &mut Line, points: &[Point]) {
+        self.waiting.begin(points);
+        line.take(points);
+        self.waiting.taken_aside(points);
+    }
+
+    /// The same with all of the file: what is asked for needs all points so far.
+    fn catch_up(&self, line: &mut Line, overflow: &Overflow) -> std::io::Result<()> {
+        while overflow.is_waiting() {
+            self.turns.fetch_add(1, Ordering::Relaxed);
+            self.take_overflown(line, &overflow.take()?);
+        }
+        Ok(())
+    }
+}
+
 fn run(
+    line: Line,
+    pace: Pace,
+    runtime: &Handle,
+    queue: Queue,
+    figures: &watch::Sender<Option<Arc<RunningFigures>>>,
+) {
+    // Without these points there are no figures; the recording has all that they were made of.
+    if let Err(error) = work(line, pace, runtime, queue, figures) {
+        error!(%error, "points that waited in a file cannot be read back: asphera replay makes the figures of the recording");
+    }
+}
+
+fn work(
     mut line: Line,
     mut pace: Pace,
     runtime: &Handle,
-    mut work: mpsc::Receiver<Work>,
+    mut queue: Queue,
     figures: &watch::Sender<Option<Arc<RunningFigures>>>,
-) {
+) -> std::io::Result<()> {
     loop {
         pace.turns.fetch_add(1, Ordering::Relaxed);
-        let next = runtime.block_on(async { timeout(PERIOD, work.recv()).await });
-        match next {
-            Ok(Some(Work::Points(points))) => {
+        match queue.next(runtime)? {
+            Turn::Work(Work::Points(points)) => {
                 pace.waiting.begin(&points);
                 line.take(&points);
                 pace.waiting.taken(&points);
             }
-            Ok(Some(Work::MeshPly(reply))) => {
+            Turn::Overflown(points) => pace.take_overflown(&mut line, &points),
+            Turn::Work(Work::MeshPly(reply)) => {
                 // A client that hung up no longer wants it.
                 let _ = reply.send(results::mesh_ply(&line.pipeline));
             }
-            Ok(Some(Work::Section(request, reply))) => {
+            Turn::Work(Work::Section(request, reply)) => {
                 let _ = reply.send(line.pipeline.section(&request));
             }
-            Ok(Some(Work::Next(reply))) => {
+            Turn::Work(Work::Next(reply)) => {
                 let _ = reply.send(line.pipeline.next().cloned());
             }
-            Ok(Some(Work::Assess(reply))) => {
+            Turn::Work(Work::Assess(reply)) => {
+                pace.catch_up(&mut line, &queue.overflow)?;
                 let newest = Arc::new(line.pipeline.figures_of_all());
                 figures.send_replace(Some(Arc::clone(&newest)));
                 let _ = reply.send(newest);
             }
-            Ok(Some(Work::Finish(systematic, reply))) => {
+            Turn::Work(Work::Finish(systematic, reply)) => {
+                pace.catch_up(&mut line, &queue.overflow)?;
                 figures.send_replace(Some(Arc::new(line.pipeline.figures())));
                 line.pipeline.know_systematic(systematic);
                 let _ = reply.send(line.finish());
-                return;
+                return Ok(());
             }
             #[cfg(test)]
-            Ok(Some(Work::Stand(until))) => drop(until.recv()),
-            Ok(None) => return,
-            Err(_) => {}
+            Turn::Work(Work::Stand(until)) => drop(until.recv()),
+            Turn::End => return Ok(()),
+            Turn::Nothing => {}
         }
         if let Some(contours) = &mut line.contours {
             contours.keep_up(pace.clock.now());
@@ -314,3 +389,6 @@ pub(super) const PERIOD: Duration = Duration::from_millis(120);
 const RATE_STAYS: f64 = 0.95;
 /// Batches of points and questions that may wait.
 const QUEUE: usize = 65_536;
+
+#[cfg(test)]
+mod tests;

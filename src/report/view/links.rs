@@ -153,8 +153,8 @@ fn at_20(thermal: &ThermalFigures) -> String {
     )
 }
 
-/// Session, part and operator.
-pub(super) fn session(session: &SessionFigures) -> Chapter {
+/// Session, part and operator, and whether processing was behind its recording.
+pub(super) fn session(session: &SessionFigures, most_behind_s: f64) -> Chapter {
     let mut chapter = Chapter::new(ChapterId::Session, "Session");
     chapter.brief.push(format!("{} ({})", session.id, session.ended));
     let mut facts = vec![
@@ -182,13 +182,34 @@ pub(super) fn session(session: &SessionFigures) -> Chapter {
     facts.extend(
         session.thermal.as_ref().map(|thermal| Fact::new("Lengths at 20 °C", at_20(thermal))),
     );
+    facts.extend(behind(most_behind_s).map(|words| Fact::new("Processing", words)));
     chapter.facts(facts);
     chapter
 }
 
+/// How far processing was behind, in words; `None` where that is not worth one.
+fn behind(most_behind_s: f64) -> Option<String> {
+    let words = || {
+        let seconds = short(most_behind_s);
+        format!("up to {seconds} s behind the recording; every recorded point is in the figures")
+    };
+    (most_behind_s >= WORTH_SAYING_S).then(words)
+}
+
+/// Shorter delays of the processing are not worth a word, s.
+const WORTH_SAYING_S: f64 = 2.0;
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_delay_of_the_processing_is_said_where_it_was_long() {
+        let session = SessionFigures::default();
+        let words = |most_behind_s: f64| format!("{:?}", super::session(&session, most_behind_s));
+        assert!(!words(1.9).contains("behind"));
+        assert!(words(12.25).contains("up to 12.25 s behind the recording"), "{}", words(12.25));
+    }
 
     #[test]
     fn the_change_of_lengths_has_its_temperatures_and_its_u() {
