@@ -195,7 +195,7 @@ mod tests {
     fn point(bits: u64) -> Point {
         let number = |k: u64| f64::from_bits(bits.rotate_left(k as u32 * 7) ^ k);
         Point {
-            count: (bits % 3 != 0).then_some(bits),
+            count: (!bits.is_multiple_of(3)).then_some(bits),
             host: Nanos::from_nanos(bits.rotate_left(9)),
             position_mm: [number(1), number(2), number(3)],
             flags: Flags::from_bits_truncate(bits as u32),
