@@ -124,8 +124,6 @@ fn a_flawless_part_has_no_deviation_but_rounding() {
         ("config/examples/om30-line.toml", 0.5),
         ("config/examples/ox200-line.toml", 0.5),
         ("config/asphera.toml", 0.6),
-        // The same, along a beam that follows the slope of the part.
-        ("config/examples/tilting-probe.toml", 0.6),
     ] {
         let (_, report) = tried(name, &flawless);
         let pv_nm = number(&report, "/form/deviation/pv_nm");

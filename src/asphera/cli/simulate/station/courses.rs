@@ -299,3 +299,39 @@ const MM_PER_NM: f64 = 1e-6;
 const RATE_HZ: f64 = 1000.0;
 /// Of devices that are joined by time.
 const SPEED_MM_S: f64 = 10.0;
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::is_station;
+    use super::*;
+
+    /// Every station among the examples has a simulated bench: none of their devices and kinematics is refused.
+    #[test]
+    fn every_station_of_the_examples_is_played() {
+        let args = PartArgs {
+            points: 500,
+            rate: None,
+            form_nm: 100.0,
+            noise_nm: 2.0,
+            seed: 1,
+            speed: None,
+        };
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/examples");
+        let mut played = 0;
+        for entry in std::fs::read_dir(&folder).unwrap() {
+            let file = entry.unwrap().path();
+            if !is_station(&std::fs::read_to_string(&file).unwrap()) {
+                continue;
+            }
+            let config = Config::load(&file).unwrap();
+            let scan = scan(&config, &args);
+            let scan = scan.unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+            let is_moved = config.scan.is_some() || config.program.is_some();
+            assert_eq!(is_moved, !matches!(scan.order, Order::Simulation), "{}", file.display());
+            played += 1;
+        }
+        assert!(played >= 18, "{played}");
+    }
+}
