@@ -4,13 +4,14 @@ use std::ops::Range;
 
 use crate::marching::{Cutter, Room};
 use crate::numbering::{Numbers, Starts, starts};
+use crate::scan::Scan;
 use crate::table::{Ambiguity, Table};
 use crate::{Crossings, Samples};
 
 /// The surface of [`marching_cubes`](crate::marching_cubes), some slices at a time.
 #[derive(Debug)]
 pub struct Bands<'a> {
-    samples: &'a Samples,
+    scan: Scan<'a>,
     rule: Ambiguity,
     starts: Vec<Starts>,
 }
@@ -33,8 +34,26 @@ impl Bands<'_> {
     ///
     /// Where there are more than 2³² vertices.
     pub fn new(samples: &Samples, rule: Ambiguity) -> Bands<'_> {
-        let starts = starts(samples, Table::of(rule));
-        Bands { samples, rule, starts }
+        Bands::of(Scan::new(samples, None), rule)
+    }
+
+    /// The same of a volume with missing samples, the foreground of `missing`: no cell with a corner on one has surface. The bands are
+    /// those of [`Surface::without_missing`](crate::Surface::without_missing).
+    ///
+    /// # Panics
+    ///
+    /// As [`Bands::new`], and where the sizes differ.
+    pub fn with_missing<'a>(
+        samples: &'a Samples,
+        missing: Option<&'a Samples>,
+        rule: Ambiguity,
+    ) -> Bands<'a> {
+        Bands::of(Scan::new(samples, missing), rule)
+    }
+
+    fn of(scan: Scan<'_>, rule: Ambiguity) -> Bands<'_> {
+        let starts = starts(scan, Table::of(rule));
+        Bands { scan, rule, starts }
     }
 
     /// The number of all vertices.
@@ -44,7 +63,7 @@ impl Bands<'_> {
 
     /// The number of slices that bands are cut from: all of the volume, and the layer on one side.
     pub fn slices(&self) -> usize {
-        self.samples.size()[2] + 1
+        self.scan.samples.size()[2] + 1
     }
 
     /// The band of some slices. `crossings` is asked about the samples of the slices `start - 1` to `end - 1` only.
@@ -62,9 +81,9 @@ impl Bands<'_> {
         let mut triangles = vec![[0; 3]; to[2] - from[2]];
         let first = self.starts[slices.start].of_slice;
         let room = Room::new(&mut vertices, to[0] - from[0], &mut triangles);
-        let Bands { samples, rule, starts } = self;
-        let cutter = Cutter { samples, cuts: Table::of(*rule), crossings, starts };
-        cutter.band(slices, room, &mut Numbers::new(samples));
+        let Bands { scan, rule, starts } = self;
+        let cutter = Cutter { scan: *scan, cuts: Table::of(*rule), crossings, starts };
+        cutter.band(slices, room, &mut Numbers::new(scan.samples));
         SurfaceBand { first, vertices, triangles }
     }
 }

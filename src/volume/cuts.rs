@@ -1,7 +1,7 @@
 //! How a cell is cut into triangles.
 
-use crate::Samples;
 use crate::codes::facts;
+use crate::scan::Scan;
 use crate::table::{Table, hole};
 
 /// How a mixed cell is cut.
@@ -9,8 +9,9 @@ pub(crate) trait Cuts: Sync {
     /// The triangles of a code, where nothing else decides them.
     fn plain(&self, code: u8) -> Option<&[[u8; 3]]>;
 
-    /// Adds the triangles of a cell. Neighbours must leave the same segments on their common face, or close what lies between.
-    fn cut(&self, samples: &Samples, place: [usize; 3], code: u8, mesh: &mut CellMesh);
+    /// Adds the triangles of a cell. Neighbours must leave the same segments on their common face, or close what lies
+    /// between. Nothing lies between a cell and one near missing samples.
+    fn cut(&self, scan: Scan<'_>, place: [usize; 3], code: u8, mesh: &mut CellMesh);
 }
 
 /// Triangles of one cell. Their corners are edges of the cell, and from 12 on its own vertices.
@@ -36,7 +37,7 @@ impl Cuts for Table {
         is_plain.then(|| Table::cut(self, code).triangles.as_slice())
     }
 
-    fn cut(&self, samples: &Samples, place: [usize; 3], code: u8, mesh: &mut CellMesh) {
+    fn cut(&self, scan: Scan<'_>, place: [usize; 3], code: u8, mesh: &mut CellMesh) {
         mesh.triangles.extend_from_slice(&Table::cut(self, code).triangles);
         let mut faces = facts()[usize::from(code)].c1_faces;
         if self.joins(code) {
@@ -45,7 +46,8 @@ impl Cuts for Table {
         while faces != 0 {
             let face = faces.trailing_zeros() as usize;
             faces &= faces - 1;
-            if self.joins(samples.code(beyond(place, face))) {
+            let other = beyond(place, face);
+            if self.joins(scan.samples.code(other)) && !scan.is_near_missing(other) {
                 let [a, b, c, d] = hole(code, face).map(|edge| edge as u8);
                 mesh.triangles.extend([[a, b, c], [a, c, d]]);
             }

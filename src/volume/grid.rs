@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::cells::{mixed_codes, mixed_words};
 use crate::codes::{Case, facts};
+use crate::scan::Scan;
 use crate::{Histogram, Samples};
 
 /// Most places that a check lists.
@@ -100,7 +101,7 @@ impl GridCheck {
         let (mut unpaired, mut doubtful, mut near_missing) = (0, 0, 0);
         let (mut places, mut critical) = (Vec::new(), Vec::new());
         if case8 + forbidden > 0 || missing.is_some() {
-            let scan = Scanned { samples, missing };
+            let scan = Scan::new(samples, missing);
             let layers: Vec<Layer> =
                 (0..=samples.size()[2]).into_par_iter().map(|z| Layer::of(scan, z)).collect();
             for layer in layers {
@@ -206,27 +207,6 @@ pub fn needed_spacing_mm(regular_mm: f64) -> f64 {
 /// Sides that differ by less than this share count as equal: files round spacings to six digits.
 const CUBIC: f64 = 1e-5;
 
-/// A volume, and what of it was not measured.
-#[derive(Clone, Copy)]
-struct Scanned<'a> {
-    samples: &'a Samples,
-    missing: Option<&'a Samples>,
-}
-
-impl Scanned<'_> {
-    /// Whether a cell has a corner on a missing sample.
-    fn is_near_missing(self, cell: [usize; 3]) -> bool {
-        self.missing.is_some_and(|missing| missing.code(cell) != 0)
-    }
-
-    /// Whether a cell has a corner beyond the volume or on a missing sample.
-    fn is_doubtful(self, cell: [usize; 3]) -> bool {
-        let size = self.samples.size();
-        let is_at_border = (0..3).any(|axis| cell[axis] == 0 || cell[axis] == size[axis]);
-        is_at_border || self.is_near_missing(cell)
-    }
-}
-
 /// The cells of one layer that are of case 8 or forbidden, or beside what is missing.
 #[derive(Default)]
 struct Layer {
@@ -239,7 +219,7 @@ struct Layer {
 }
 
 impl Layer {
-    fn of(scan: Scanned<'_>, z: usize) -> Layer {
+    fn of(scan: Scan<'_>, z: usize) -> Layer {
         let mut layer = Layer::default();
         mixed_words(scan.samples, z, |y, word, corners, mixed| {
             mixed_codes(word, corners, mixed, |x, code| layer.add(scan, [x, y, z], code));
@@ -247,7 +227,7 @@ impl Layer {
         layer
     }
 
-    fn add(&mut self, scan: Scanned<'_>, cell: [usize; 3], code: u8) {
+    fn add(&mut self, scan: Scan<'_>, cell: [usize; 3], code: u8) {
         let facts = facts()[usize::from(code)];
         let is_alone = facts.case == Case::Paired && !has_partner(scan.samples, cell, code);
         self.unpaired += u64::from(is_alone);

@@ -22,6 +22,7 @@ mod cuts;
 mod decider;
 mod euler;
 mod fractions;
+mod gaps;
 mod grid;
 mod histogram;
 mod implicit;
@@ -35,6 +36,7 @@ mod quadrature;
 mod reconstruct;
 mod refine;
 mod samples;
+mod scan;
 mod smooth;
 mod smoothing;
 mod surface;
@@ -55,6 +57,7 @@ pub use fractions::{
     Fractions, ball_fractions, majority_fractions, marching_fractions, trilinear_fractions,
     voxel_fractions,
 };
+pub use gaps::{open_area, with_missing};
 pub use grid::{Critical, CriticalKind, GridCheck, PLACES, Verdict, Violation, needed_spacing_mm};
 pub use histogram::Histogram;
 pub use levels::{BINS, LevelCounts, LevelRange, Levels};

@@ -4,9 +4,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::cells::{mixed_codes, mixed_edges, mixed_words};
+use crate::cells::mixed_codes;
 use crate::cuts::{CellMesh, Cuts};
 use crate::numbering::{Numbers, Starts, starts};
+use crate::scan::Scan;
 use crate::table::{Ambiguity, Table};
 use crate::{Samples, Surface};
 
@@ -96,7 +97,8 @@ pub(crate) fn marching_with(
     cuts: &impl Cuts,
     crossings: &impl Crossings,
 ) -> Surface {
-    let starts = starts(samples, cuts);
+    let scan = Scan::new(samples, None);
+    let starts = starts(scan, cuts);
     let layers = starts.len() - 1;
     let [of_grid, of_cells, of_triangles] = starts[layers].numbers();
     let mut vertices = vec![[0.0; 3]; of_grid + of_cells];
@@ -110,7 +112,7 @@ pub(crate) fn marching_with(
         let end = (first + chunk).min(layers);
         bands.push((first..end, room.split_off(starts[first], starts[end])));
     }
-    let cutter = Cutter { samples, cuts, crossings, starts: &starts };
+    let cutter = Cutter { scan, cuts, crossings, starts: &starts };
     bands.into_par_iter().for_each_init(
         || Numbers::new(samples),
         |numbers, (layers, room)| cutter.band(layers, room, numbers),
@@ -161,7 +163,7 @@ const CHUNKS: usize = 64;
 
 /// What bands are cut from, and how.
 pub(crate) struct Cutter<'a, C, X> {
-    pub(crate) samples: &'a Samples,
+    pub(crate) scan: Scan<'a>,
     pub(crate) cuts: &'a C,
     pub(crate) crossings: &'a X,
     pub(crate) starts: &'a [Starts],
@@ -171,7 +173,7 @@ impl<C: Cuts, X: Crossings> Cutter<'_, C, X> {
     /// Places the vertices of the slices `layers`, and the triangles of the layers of cells above them. What `numbers` had before does
     /// not matter.
     pub(crate) fn band(&self, layers: Range<usize>, room: Room<'_>, numbers: &mut Numbers) {
-        let Cutter { samples, cuts, crossings, starts } = *self;
+        let Cutter { scan, cuts, crossings, starts } = *self;
         let Room { vertices, mut within, mut triangles } = room;
         let first_within = starts[starts.len() - 1].of_slice + starts[layers.start].within_cells;
         let mut next_within = first_within;
@@ -191,20 +193,20 @@ impl<C: Cuts, X: Crossings> Cutter<'_, C, X> {
             };
             let Starts { of_slice, to_next, .. } = starts[z];
             if z == first {
-                numbers.fill(samples, z, [false, false], of_slice, &mut add);
+                numbers.fill(scan, z, [false, false], of_slice, &mut add);
             } else {
                 // Numbered already as the upper slice of the layer before.
-                mixed_edges(samples, z, false, |direction, y, word, mut bits| {
+                scan.mixed_edges(z, false, |direction, y, word, mut bits| {
                     while bits != 0 {
                         add([word * 64 + bits.trailing_zeros() as usize, y, z], direction);
                         bits &= bits - 1;
                     }
                 });
             }
-            numbers.fill(samples, z, [false, true], to_next, &mut add);
-            numbers.fill(samples, z + 1, [true, false], starts[z + 1].of_slice, |_, _| ());
+            numbers.fill(scan, z, [false, true], to_next, &mut add);
+            numbers.fill(scan, z + 1, [true, false], starts[z + 1].of_slice, |_, _| ());
             let offsets = numbers.offsets();
-            mixed_words(samples, z, |y, word, corners, mixed| {
+            scan.mixed_words(z, |y, word, corners, mixed| {
                 mixed_codes(word, corners, mixed, |x, code| {
                     let of_cell = numbers.of_cell(x, y);
                     if let Some(plain) = plain[usize::from(code)] {
@@ -215,7 +217,7 @@ impl<C: Cuts, X: Crossings> Cutter<'_, C, X> {
                     }
                     mesh.triangles.clear();
                     mesh.vertices.clear();
-                    cuts.cut(samples, [x, y, z], code, &mut mesh);
+                    cuts.cut(scan, [x, y, z], code, &mut mesh);
                     let number = |corner: u8| match offsets.get(usize::from(corner)) {
                         Some(&offset) => of_cell[offset],
                         None => next_within + u32::from(corner) - 12,

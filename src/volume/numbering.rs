@@ -4,8 +4,9 @@ use rayon::prelude::*;
 
 use crate::Samples;
 use crate::cell::EDGES;
-use crate::cells::{mixed_codes, mixed_edges, mixed_words};
+use crate::cells::mixed_codes;
 use crate::cuts::{CellMesh, Cuts};
+use crate::scan::Scan;
 
 /// What lies before a slice and the layer of cells above it. That behind the last one is all.
 #[derive(Clone, Copy, Debug, Default)]
@@ -33,11 +34,11 @@ impl Starts {
 /// # Panics
 ///
 /// Where there are 2³² vertices or more.
-pub(crate) fn starts(samples: &Samples, cuts: &impl Cuts) -> Vec<Starts> {
-    let layers = samples.size()[2] + 1;
+pub(crate) fn starts(scan: Scan<'_>, cuts: &impl Cuts) -> Vec<Starts> {
+    let layers = scan.samples.size()[2] + 1;
     let plain = std::array::from_fn(|code| cuts.plain(code as u8).map(|cut| cut.len() as u8));
     let counts: Vec<Counts> =
-        (0..layers).into_par_iter().map(|z| counts(samples, cuts, &plain, z)).collect();
+        (0..layers).into_par_iter().map(|z| counts(scan, cuts, &plain, z)).collect();
     let mut all = Vec::with_capacity(layers + 1);
     let (mut next, mut vertices) = (Starts::default(), 0_u64);
     for Counts { edges: [of_slice, to_next], within_cells, triangles } in counts {
@@ -64,21 +65,21 @@ struct Counts {
 }
 
 /// Counts a slice. `plain` has the numbers of triangles of those codes that alone decide them.
-fn counts(samples: &Samples, cuts: &impl Cuts, plain: &[Option<u8>; 256], z: usize) -> Counts {
+fn counts(scan: Scan<'_>, cuts: &impl Cuts, plain: &[Option<u8>; 256], z: usize) -> Counts {
     let edges = [false, true].map(|is_upward| {
         let mut count = 0;
-        mixed_edges(samples, z, is_upward, |_, _, _, bits| count += bits.count_ones());
+        scan.mixed_edges(z, is_upward, |_, _, _, bits| count += bits.count_ones());
         count
     });
     let (mut within_cells, mut triangles) = (0, 0);
     let mut mesh = CellMesh::default();
-    mixed_words(samples, z, |y, word, corners, mixed| {
+    scan.mixed_words(z, |y, word, corners, mixed| {
         mixed_codes(word, corners, mixed, |x, code| {
             triangles += plain[usize::from(code)].map_or_else(
                 || {
                     mesh.triangles.clear();
                     mesh.vertices.clear();
-                    cuts.cut(samples, [x, y, z], code, &mut mesh);
+                    cuts.cut(scan, [x, y, z], code, &mut mesh);
                     within_cells += mesh.vertices.len() as u32;
                     mesh.triangles.len()
                 },
@@ -125,14 +126,14 @@ impl Numbers {
     /// Entries of other edges keep what was there before; none of them is read.
     pub(crate) fn fill(
         &mut self,
-        samples: &Samples,
+        scan: Scan<'_>,
         z: usize,
         [is_upper, is_upward]: [bool; 2],
         mut next: u32,
         mut visit: impl FnMut([usize; 3], usize),
     ) {
         let starts = [0, 1, 2].map(|direction| self.start(is_upper, direction));
-        mixed_edges(samples, z, is_upward, |direction, y, word, mut bits| {
+        scan.mixed_edges(z, is_upward, |direction, y, word, mut bits| {
             let start = starts[direction] + y * self.columns;
             let row = &mut self.of[start..start + self.columns];
             while bits != 0 {

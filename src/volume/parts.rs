@@ -95,7 +95,7 @@ fn count(samples: &Samples, phase: Phase) -> u64 {
         sweep.slice(z);
         finished += sweep.forget();
     }
-    finished + sweep.roots() as u64
+    finished + sweep.forest.roots() as u64
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -176,16 +176,11 @@ impl Sweep<'_> {
             }
             parents.push(number[root]);
         }
-        let roots = self.roots();
+        let roots = self.forest.roots();
         self.forest.parents = parents;
         self.runs.drain(..first);
         self.rows.iter_mut().for_each(|start| *start -= first);
-        (roots - self.roots()) as u64
-    }
-
-    /// The parts that runs which are not forgotten belong to.
-    fn roots(&self) -> usize {
-        (0_u32..).zip(&self.forest.parents).filter(|(run, parent)| run == *parent).count()
+        (roots - self.forest.roots()) as u64
     }
 }
 
@@ -241,16 +236,26 @@ fn push_runs(row: &[u64], columns: u32, phase: Phase, mut push: impl FnMut(Range
 
 /// A union-find forest whose roots are the smallest of their sets.
 #[derive(Debug, Default)]
-struct Forest {
+pub(crate) struct Forest {
     parents: Vec<u32>,
 }
 
 impl Forest {
+    /// A forest of items that are all apart.
+    pub(crate) fn of(count: u32) -> Forest {
+        Forest { parents: (0..count).collect() }
+    }
+
+    /// The number of sets.
+    pub(crate) fn roots(&self) -> usize {
+        (0_u32..).zip(&self.parents).filter(|(item, parent)| item == *parent).count()
+    }
+
     fn push(&mut self) {
         self.parents.push(self.parents.len() as u32);
     }
 
-    fn root(&mut self, mut item: u32) -> u32 {
+    pub(crate) fn root(&mut self, mut item: u32) -> u32 {
         while self.parents[item as usize] != item {
             let parent = self.parents[item as usize];
             self.parents[item as usize] = self.parents[parent as usize];
@@ -259,7 +264,7 @@ impl Forest {
         item
     }
 
-    fn join(&mut self, a: u32, b: u32) {
+    pub(crate) fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parents[a.max(b) as usize] = a.min(b);
     }

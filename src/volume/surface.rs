@@ -1,8 +1,10 @@
-//! A closed triangle mesh: the face that a reconstruction shows.
+//! A triangle mesh: the face that a reconstruction shows, closed but about missing samples.
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
+
+use crate::parts::Forest;
 
 /// A triangle mesh of the boundary of a solid.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,7 +20,7 @@ pub struct Surface {
 pub struct SurfaceCheck {
     /// Every side of a triangle belongs to two triangles.
     pub is_closed: bool,
-    /// These two run along it in opposite directions.
+    /// Two triangles that share a side run along it in opposite directions.
     pub is_oriented: bool,
     /// The triangles about every vertex make one ring.
     pub is_manifold: bool,
@@ -29,24 +31,58 @@ pub struct SurfaceCheck {
 pub struct Piece {
     /// Vertices − sides + triangles.
     pub euler: i64,
-    /// Handles: 1 − Euler number / 2.
-    pub genus: i64,
+    /// Handles: 1 − Euler number / 2; `None` of an open piece.
+    pub genus: Option<i64>,
+    /// Sides that belong to one triangle only; 0 of a closed piece.
+    pub border_sides: u64,
     /// Area, in the square of the unit of the vertices.
     pub area: f64,
-    /// Volume that the piece encloses, in the cube of the unit of the vertices: negative for the wall of a cavity.
-    pub volume: f64,
+    /// Volume that the piece encloses, in the cube of the unit of the vertices: negative for the wall of a cavity. An open piece encloses
+    /// none.
+    pub volume: Option<f64>,
+}
+
+impl Piece {
+    /// Figures from counts and sums over the triangles.
+    pub(crate) fn of(
+        vertices: i64,
+        triangles: i64,
+        border_sides: u64,
+        [area, volume]: [f64; 2],
+    ) -> Piece {
+        let euler = euler(vertices, triangles, border_sides);
+        let is_closed = border_sides == 0;
+        Piece {
+            euler,
+            genus: is_closed.then_some(1 - euler / 2),
+            border_sides,
+            area,
+            volume: is_closed.then_some(volume),
+        }
+    }
+}
+
+/// Vertices − sides + triangles. Each triangle has three sides, a side two triangles or, at a border, one.
+pub(crate) fn euler(vertices: i64, triangles: i64, border_sides: u64) -> i64 {
+    vertices - (triangles + border_sides as i64) / 2
 }
 
 impl Surface {
-    /// The Euler number of the whole mesh, if it is closed.
+    /// The Euler number of the whole mesh.
     pub fn euler(&self) -> i64 {
-        // Every triangle has three sides, every side two triangles.
-        self.vertices.len() as i64 - self.triangles.len() as i64 / 2
+        let border_sides = self.border_sides().len() as u64;
+        euler(self.vertices.len() as i64, self.triangles.len() as i64, border_sides)
     }
 
-    /// Checks that the mesh is a closed oriented 2-manifold.
-    pub fn check(&self) -> SurfaceCheck {
-        // Sides sorted by their corners, with the direction in which a triangle runs along them.
+    /// Sides that belong to one triangle only.
+    pub(crate) fn border_sides(&self) -> Vec<[u32; 2]> {
+        let sides = self.sides();
+        let groups = sides.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
+        groups.filter(|group| group.len() == 1).map(|group| [group[0].0, group[0].1]).collect()
+    }
+
+    /// Sides sorted by their corners, with the direction in which a triangle runs along them.
+    fn sides(&self) -> Vec<(u32, u32, bool)> {
         let mut sides: Vec<(u32, u32, bool)> = self
             .triangles
             .iter()
@@ -54,10 +90,16 @@ impl Surface {
             .map(|(a, b)| (a.min(b), a.max(b), a < b))
             .collect();
         sides.par_sort_unstable();
+        sides
+    }
+
+    /// Checks that the mesh is a closed oriented 2-manifold.
+    pub fn check(&self) -> SurfaceCheck {
+        let sides = self.sides();
         let mut check = SurfaceCheck { is_closed: true, is_oriented: true, is_manifold: true };
         for group in sides.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
             check.is_closed &= group.len() == 2 && group[0].0 != group[0].1;
-            check.is_oriented &= group.len() == 2 && group[0].2 != group[1].2;
+            check.is_oriented &= group.len() == 1 || group.len() == 2 && group[0].2 != group[1].2;
         }
         check.is_manifold = check.is_closed && check.is_oriented && self.has_rings();
         check
@@ -93,36 +135,31 @@ impl Surface {
 
     /// The connected pieces, the one with the lowest vertex number first.
     pub fn pieces(&self) -> Vec<Piece> {
-        let mut parents: Vec<u32> = (0..self.vertices.len() as u32).collect();
-        fn root(parents: &mut [u32], mut item: u32) -> u32 {
-            while parents[item as usize] != item {
-                parents[item as usize] = parents[parents[item as usize] as usize];
-                item = parents[item as usize];
-            }
-            item
-        }
+        let mut forest = Forest::of(self.vertices.len() as u32);
         for &[a, b, c] in &self.triangles {
-            for other in [b, c] {
-                let (a, b) = (root(&mut parents, a), root(&mut parents, other));
-                parents[a.max(b) as usize] = a.min(b);
-            }
+            forest.join(a, b);
+            forest.join(a, c);
         }
-        let mut pieces: BTreeMap<u32, (i64, i64, f64, f64)> = BTreeMap::new();
+        let mut pieces: BTreeMap<u32, (i64, i64, u64, [f64; 2])> = BTreeMap::new();
         for vertex in 0..self.vertices.len() as u32 {
-            pieces.entry(root(&mut parents, vertex)).or_default().0 += 1;
+            pieces.entry(forest.root(vertex)).or_default().0 += 1;
         }
         for corners in &self.triangles {
-            let piece = pieces.entry(root(&mut parents, corners[0])).or_default();
+            let piece = pieces.entry(forest.root(corners[0])).or_default();
             let (area, volume) = self.area_and_volume(corners);
             piece.1 += 1;
-            piece.2 += area;
-            piece.3 += volume;
+            piece.3[0] += area;
+            piece.3[1] += volume;
         }
-        let figures = |(vertices, triangles, area, volume): (i64, i64, f64, f64)| {
-            let euler = vertices - triangles / 2;
-            Piece { euler, genus: 1 - euler / 2, area, volume }
-        };
-        pieces.into_values().map(figures).collect()
+        for [vertex, _] in self.border_sides() {
+            pieces.entry(forest.root(vertex)).or_default().2 += 1;
+        }
+        pieces
+            .into_values()
+            .map(|(vertices, triangles, border_sides, sums)| {
+                Piece::of(vertices, triangles, border_sides, sums)
+            })
+            .collect()
     }
 
     /// The area of the mesh.
@@ -130,7 +167,7 @@ impl Surface {
         self.triangles.iter().map(|corners| self.area_and_volume(corners).0).sum()
     }
 
-    /// The volume that the mesh encloses.
+    /// The volume that the mesh encloses, if it is closed.
     pub fn volume(&self) -> f64 {
         self.triangles.iter().map(|corners| self.area_and_volume(corners).1).sum()
     }
@@ -162,4 +199,15 @@ pub(crate) fn area_and_volume(origin: [f64; 3], corners: [[f64; 3]; 3]) -> (f64,
     let dot = |u: [f64; 3], v: [f64; 3]| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
     let normal = cross(minus(b, a), minus(c, a));
     (dot(normal, normal).sqrt() / 2.0, dot(a, cross(b, c)) / 6.0)
+}
+
+/// Connected pieces of a border, given by its sides.
+pub(crate) fn border_count(sides: &[[u32; 2]]) -> u64 {
+    let mut corners: Vec<u32> = sides.as_flattened().to_vec();
+    corners.sort_unstable();
+    corners.dedup();
+    let mut forest = Forest::of(corners.len() as u32);
+    let place = |corner: u32| corners.partition_point(|&other| other < corner) as u32;
+    sides.iter().for_each(|&[a, b]| forest.join(place(a), place(b)));
+    forest.roots() as u64
 }

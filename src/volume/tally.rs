@@ -1,6 +1,6 @@
 //! Figures of a surface that comes in bands: those of [`Surface`](crate::Surface), in the memory of two bands.
 
-use crate::surface::{Piece, area_and_volume};
+use crate::surface::{Piece, area_and_volume, border_count, euler};
 use crate::{Surface, SurfaceBand};
 
 /// Sums over the bands of a surface, handed over in turn.
@@ -20,6 +20,8 @@ pub struct SurfaceTally {
     /// Sides of triangles that another may still share: the lower vertex from bit 32 on, the higher one from bit 1 on, both counted
     /// from `first`, and the direction of the side.
     sides: Vec<u64>,
+    /// Sides that belong to one triangle only, by the numbers of their vertices.
+    border: Vec<[u32; 2]>,
     is_closed: bool,
     is_oriented: bool,
     vertices: u64,
@@ -35,12 +37,16 @@ pub struct SurfaceFigures {
     pub triangles: u64,
     /// Every side of a triangle belongs to two triangles.
     pub is_closed: bool,
-    /// These two run along it in opposite directions.
+    /// Two triangles that share a side run along it in opposite directions.
     pub is_oriented: bool,
+    /// Sides that belong to one triangle only.
+    pub border_sides: u64,
+    /// Connected pieces that these sides make.
+    pub borders: u64,
     /// Its area, in squares of the unit of the vertices.
     pub area: f64,
-    /// The volume it encloses, in cubes of this unit.
-    pub volume: f64,
+    /// The volume it encloses, in cubes of this unit; an open surface encloses none.
+    pub volume: Option<f64>,
     /// Its connected pieces, the one with the lowest vertex number first.
     pub pieces: Vec<Piece>,
 }
@@ -53,6 +59,7 @@ struct Growing {
     first_vertex: u32,
     vertices: i64,
     triangles: i64,
+    border_sides: u64,
     area: f64,
     volume: f64,
 }
@@ -63,23 +70,26 @@ impl Surface {
     /// The figures of the surface, as a tally of its bands has them.
     pub fn figures(&self) -> SurfaceFigures {
         let check = self.check();
-        let is_empty = self.triangles.is_empty();
+        let border = self.border_sides();
+        let volume = if self.triangles.is_empty() { 0.0 } else { self.volume() };
         SurfaceFigures {
             vertices: self.vertices.len() as u64,
             triangles: self.triangles.len() as u64,
             is_closed: check.is_closed,
             is_oriented: check.is_oriented,
+            border_sides: border.len() as u64,
+            borders: border_count(&border),
             area: self.area(),
-            volume: if is_empty { 0.0 } else { self.volume() },
+            volume: check.is_closed.then_some(volume),
             pieces: self.pieces(),
         }
     }
 }
 
 impl SurfaceFigures {
-    /// The Euler number of the whole surface, if it is closed.
+    /// The Euler number of the whole surface.
     pub fn euler(&self) -> i64 {
-        self.vertices as i64 - self.triangles as i64 / 2
+        euler(self.vertices as i64, self.triangles as i64, self.border_sides)
     }
 }
 
@@ -94,6 +104,7 @@ impl Default for SurfaceTally {
             growing: Vec::new(),
             finished: Vec::new(),
             sides: Vec::new(),
+            border: Vec::new(),
             is_closed: true,
             is_oriented: true,
             vertices: 0,
@@ -132,14 +143,17 @@ impl SurfaceTally {
         self.is_closed &= self.sides.is_empty();
         let mut pieces = self.finished;
         pieces.sort_by_key(|piece| piece.first_vertex);
+        let volume = pieces.iter().map(|piece| piece.volume).sum();
         let pieces: Vec<Piece> = pieces.iter().map(Growing::figures).collect();
         SurfaceFigures {
             vertices: self.vertices,
             triangles: self.triangles,
             is_closed: self.is_closed,
             is_oriented: self.is_oriented,
+            border_sides: self.border.len() as u64,
+            borders: border_count(&self.border),
             area: pieces.iter().map(|piece| piece.area).sum(),
-            volume: pieces.iter().map(|piece| piece.volume).sum(),
+            volume: self.is_closed.then_some(volume),
             pieces,
         }
     }
@@ -185,6 +199,7 @@ impl SurfaceTally {
                 first_vertex,
                 vertices: 0,
                 triangles: 0,
+                border_sides: 0,
                 area: 0.0,
                 volume: 0.0,
             };
@@ -216,13 +231,14 @@ impl SurfaceTally {
     fn join(&mut self, a: u32, b: u32) -> u32 {
         let (into, from) = (a.min(b), a.max(b));
         if into != from {
-            let Growing { first_vertex, vertices, triangles, area, volume, .. } =
+            let Growing { first_vertex, vertices, triangles, border_sides, area, volume, .. } =
                 self.growing[from as usize];
             self.growing[from as usize].parent = into;
             let piece = &mut self.growing[into as usize];
             piece.first_vertex = piece.first_vertex.min(first_vertex);
             piece.vertices += vertices;
             piece.triangles += triangles;
+            piece.border_sides += border_sides;
             piece.area += area;
             piece.volume += volume;
         }
@@ -270,8 +286,13 @@ impl SurfaceTally {
                     continue;
                 }
                 let is_side = group[0] >> 1 != low;
+                if group.len() == 1 {
+                    let piece = self.root(self.piece_of[low as usize]);
+                    self.growing[piece as usize].border_sides += 1;
+                    self.border.push([low, group[0] >> 1].map(|corner| self.first + corner));
+                }
                 self.is_closed &= group.len() == 2 && is_side;
-                self.is_oriented &= group.len() == 2 && group[0] != group[1];
+                self.is_oriented &= group.len() == 1 || group.len() == 2 && group[0] != group[1];
             }
         }
         self.sides = left;
@@ -306,7 +327,7 @@ fn side(low: u32, high: u32) -> u64 {
 
 impl Growing {
     fn figures(&self) -> Piece {
-        let euler = self.vertices - self.triangles / 2;
-        Piece { euler, genus: 1 - euler / 2, area: self.area, volume: self.volume }
+        let Growing { vertices, triangles, border_sides, area, volume, .. } = *self;
+        Piece::of(vertices, triangles, border_sides, [area, volume])
     }
 }

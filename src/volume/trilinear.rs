@@ -5,6 +5,7 @@ use crate::codes::facts;
 use crate::cuts::{CellMesh, Cuts};
 use crate::decider::{Joined, body_joins, joined_faces, surface_pieces};
 use crate::marching::{Grey, marching_with};
+use crate::scan::Scan;
 use crate::table::{Ambiguity, Table, loops_of, triangulated};
 use crate::{Samples, Surface};
 
@@ -37,7 +38,7 @@ impl Cuts for Decided<'_> {
         is_plain.then_some(cut.triangles.as_slice())
     }
 
-    fn cut(&self, _: &Samples, [x, y, z]: [usize; 3], code: u8, mesh: &mut CellMesh) {
+    fn cut(&self, _: Scan<'_>, [x, y, z]: [usize; 3], code: u8, mesh: &mut CellMesh) {
         let c1_faces = facts()[usize::from(code)].c1_faces;
         let mut values = [0.0; 8];
         for (corner, value) in values.iter_mut().enumerate() {

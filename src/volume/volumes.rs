@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::cells::{mixed_codes, mixed_words};
 use crate::fractions::{Fractions, ball_fractions, cube_fractions};
 use crate::reconstruct::LEAST_BALL_RADIUS;
+use crate::scan::Scan;
 use crate::{Histogram, Samples};
 
 impl Histogram {
@@ -40,7 +41,21 @@ impl VolumeBounds {
     ///
     /// for it touches a ball of radius r, and the chord between the samples of a face is √2 at most. The narrower bounds are given.
     pub fn new(samples: &Samples, regular: Option<f64>) -> VolumeBounds {
-        let counts = Corners::of(samples);
+        VolumeBounds::with_missing(samples, None, regular)
+    }
+
+    /// The same where the foreground of `missing` was not measured: every cell with a corner on such a sample counts as mixed. So the
+    /// bounds hold whatever lies there.
+    ///
+    /// # Panics
+    ///
+    /// Where the sizes differ.
+    pub fn with_missing(
+        samples: &Samples,
+        missing: Option<&Samples>,
+        regular: Option<f64>,
+    ) -> VolumeBounds {
+        let counts = Corners::of(Scan::new(samples, missing));
         let by_balls = counts.bounds(&ball_fractions(LEAST_BALL_RADIUS));
         let depth = regular.filter(|r| *r * *r > 0.5).map(|r| r - (r * r - 0.5).sqrt());
         let by_slabs = depth
@@ -77,8 +92,11 @@ struct Corners {
 }
 
 impl Corners {
-    fn of(samples: &Samples) -> Corners {
-        let Some(mixed) = mixed_cells(samples) else { return Corners { counts: [[0; 256]; 2] } };
+    fn of(scan: Scan<'_>) -> Corners {
+        let samples = scan.samples;
+        let Some(mixed) = uncertain_cells(scan) else {
+            return Corners { counts: [[0; 256]; 2] };
+        };
         let zero = || [[0_u64; 256]; 2];
         let mut counts = (0..=mixed.size()[2])
             .into_par_iter()
@@ -126,13 +144,25 @@ impl Corners {
 pub(crate) fn mixed_cells(samples: &Samples) -> Option<Samples> {
     let mut mixed = Samples::background(samples.size().map(|side| side + 1)).ok()?;
     for z in 0..=samples.size()[2] {
-        mixed_words(samples, z, |y, word, _, bits| {
-            let row = mixed.row_mut(y + 1, z + 1);
-            row[word] |= bits << 1;
-            if bits >> 63 != 0 {
-                row[word + 1] |= 1;
-            }
-        });
+        mixed_words(samples, z, |y, word, _, bits| add_cells(&mut mixed, [word, y, z], bits));
     }
     Some(mixed)
+}
+
+/// Adds the cells of a word to such a volume.
+fn add_cells(cells: &mut Samples, [word, y, z]: [usize; 3], bits: u64) {
+    let row = cells.row_mut(y + 1, z + 1);
+    row[word] |= bits << 1;
+    if bits >> 63 != 0 {
+        row[word + 1] |= 1;
+    }
+}
+
+/// The cells that are mixed or near missing samples, as [`mixed_cells`] gives them.
+fn uncertain_cells(scan: Scan<'_>) -> Option<Samples> {
+    let mut cells = mixed_cells(scan.samples)?;
+    for z in 0..=scan.samples.size()[2] {
+        scan.near_missing(z, |y, word, bits| add_cells(&mut cells, [word, y, z], bits));
+    }
+    Some(cells)
 }

@@ -8,6 +8,7 @@ mod betti;
 mod bodies;
 mod border;
 mod critical;
+mod gaps;
 mod invariance;
 mod knots;
 mod measures;
