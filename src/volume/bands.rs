@@ -2,9 +2,15 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
+use crate::cell::EDGES;
+use crate::cells::mixed_codes;
+use crate::cuts::{CellMesh, Cuts};
 use crate::marching::{Cutter, Room};
 use crate::numbering::{Numbers, Starts, starts};
 use crate::scan::Scan;
+use crate::surface::area_and_volume;
 use crate::table::{Ambiguity, Table};
 use crate::{Crossings, Samples};
 
@@ -85,6 +91,60 @@ impl Bands<'_> {
         let cutter = Cutter { scan: *scan, cuts: Table::of(*rule), crossings, starts };
         cutter.band(slices, room, &mut Numbers::new(scan.samples));
         SurfaceBand { first, vertices, triangles }
+    }
+
+    /// The areas of the triangles between slices and the next ones, by slices in the caller's pool; no mesh is made.
+    ///
+    /// `crossings` is asked about the samples of the slices `start - 1` to `end - 1` only. `place` gives vertices in samples the unit of
+    /// the areas.
+    ///
+    /// # Panics
+    ///
+    /// As [`Bands::band`].
+    pub fn areas(
+        &self,
+        slices: Range<usize>,
+        crossings: &impl Crossings,
+        place: impl Fn([f64; 3]) -> [f64; 3] + Sync,
+    ) -> Vec<f64> {
+        assert!(slices.start < slices.end && slices.end <= self.slices(), "no such slices");
+        let of_slice = |z: usize| self.area(z, crossings, &place);
+        slices.into_par_iter().map(of_slice).collect()
+    }
+
+    fn area(
+        &self,
+        z: usize,
+        crossings: &impl Crossings,
+        place: &impl Fn([f64; 3]) -> [f64; 3],
+    ) -> f64 {
+        let table = Table::of(self.rule);
+        let mut mesh = CellMesh::default();
+        let mut area = 0.0;
+        self.scan.mixed_words(z, |y, word, corners, mixed| {
+            mixed_codes(word, corners, mixed, |x, code| {
+                let vertex = |edge: u8| {
+                    let (edge, direction) = (EDGES[usize::from(edge)], usize::from(edge) / 4);
+                    let from = [x + (edge[0] & 1), y + (edge[0] >> 1 & 1), z + (edge[0] >> 2)]
+                        .map(|at| at as i64 - 1);
+                    let mut vertex = from.map(|at| at as f64);
+                    vertex[direction] += crossings.share(from, direction);
+                    place(vertex)
+                };
+                let mut add = |triangle: &[u8; 3]| {
+                    let corners = triangle.map(vertex);
+                    area += area_and_volume(corners[0], corners).0;
+                };
+                if let Some(plain) = table.plain(code) {
+                    plain.iter().for_each(&mut add);
+                    return;
+                }
+                mesh.triangles.clear();
+                Cuts::cut(table, self.scan, [x, y, z], code, &mut mesh);
+                mesh.triangles.iter().for_each(&mut add);
+            });
+        });
+        area
     }
 }
 

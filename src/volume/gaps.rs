@@ -58,7 +58,7 @@ fn is_near(missing: &Samples, [x, y, z]: [i64; 3]) -> bool {
 ///
 /// Missing samples first take the value of most of their neighbours, layer by layer, so that the surface goes on through them. Of the
 /// area that this volume has, the cells without a missing corner have the share that marching cubes give them. `u` counts how far the
-/// ratio of the two areas, and the surface that was put in, may be off: a tenth of what was taken off, for the area of marching cubes
+/// ratio of the two areas, and the surface that was put in, may be off: a tenth of the share that was taken off, for the area of marching cubes
 /// is 2 to 15 % too large, by the direction of the surface.
 ///
 /// # Panics
@@ -74,8 +74,8 @@ pub fn open_area(samples: &Samples, missing: &Samples) -> BlurredArea {
     }
     let area = found.area * open / whole;
     let of_gaps = FILLED_SHARE * found.area * (1.0 - open / whole) * (open / whole);
-    let u = found.u.unwrap_or(0.0) * open / whole;
-    BlurredArea { area, u: Some(u.hypot(of_gaps)), ..found }
+    let u = (found.u * open / whole).hypot(of_gaps);
+    BlurredArea { area, u, ..found }
 }
 
 /// Standard uncertainty of the area that was taken off, as a share of it.

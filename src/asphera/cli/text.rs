@@ -29,6 +29,20 @@ pub(super) struct TextArgs {
     keep_marks: bool,
 }
 
+/// The unit of a mesh that states none, for commands whose other files state theirs.
+#[derive(Args, Clone, Debug, Default)]
+pub(super) struct UnitArgs {
+    /// The unit of a mesh that states none (PLY, STL, OBJ, OFF): mm, um, nm, cm, m or in.
+    #[arg(long, value_name = "UNIT", value_parser = unit)]
+    unit: Option<Unit>,
+}
+
+impl UnitArgs {
+    pub(super) fn options(&self) -> TextOptions {
+        TextArgs { unit: self.unit.into_iter().collect(), ..TextArgs::default() }.options()
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Pitch([f64; 2]);
 

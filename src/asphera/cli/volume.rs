@@ -2,9 +2,11 @@
 
 mod figures;
 mod form;
+mod measures;
 mod meshed;
 mod nominal;
 pub(super) mod opened;
+mod regular;
 mod sliced;
 mod summary;
 #[cfg(test)]
@@ -20,7 +22,9 @@ use super::exit::Exit;
 use super::files::{part, refuse};
 use super::output::{Failure, print, print_json, write_json};
 use super::progress::Progress;
+use super::text::UnitArgs;
 use super::threads::ThreadArgs;
+use regular::Regular;
 
 #[derive(Args)]
 pub(super) struct VolumeArgs {
@@ -35,9 +39,12 @@ pub(super) struct VolumeArgs {
     #[arg(long, value_name = "MM[,MM,MM]", value_parser = spacing, allow_hyphen_values = true)]
     spacing: Option<[f64; 3]>,
     /// The radius r of the part: balls of this radius touch every point of its boundary from inside and outside. It is its smallest
-    /// radius of curvature, or half its thinnest wall or gap.
-    #[arg(long, value_name = "R_MM", value_parser = length, allow_hyphen_values = true)]
-    regular: Option<f64>,
+    /// radius of curvature, or half its thinnest wall or gap. Or a mesh of the part (.stl, .ply, .obj, .off), whose reach on both sides
+    /// proves an r; one with sharp edges proves none.
+    #[arg(long, value_name = "R_MM|MESH", allow_hyphen_values = true)]
+    regular: Option<Regular>,
+    #[command(flatten)]
+    unit: UnitArgs,
     /// A nominal of the part: the form of its face, and the reach of that, the smallest local feature size on both sides, against the
     /// spacing. It says nothing of the rest of the part.
     #[arg(long, value_name = "FILE")]

@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use super::convolution::{Kernel, block};
-use super::scale::{BASE, Scale, Variations};
+use super::rims::rims_of_blocks;
+use super::scale::{BASE, RIM_DOUBT, Scale, Variations, of_rims};
 use super::{BLOCK, BlurredArea};
 use crate::Samples;
 use crate::cells::{mixed_codes, mixed_words};
@@ -21,11 +22,21 @@ const REACH: usize = 12;
 /// Blocks drawn by strata of their order, with the area that marching cubes have in them.
 pub(super) struct Drawn<'a> {
     samples: &'a Samples,
-    /// Lowest sample and area of marching cubes, of the blocks drawn.
-    blocks: Vec<([i64; 3], f64)>,
+    blocks: Vec<Block>,
     /// Area of marching cubes of the whole volume, and the number of blocks that it lies in.
     total: f64,
     with_surface: usize,
+}
+
+/// A block drawn.
+#[derive(Clone, Copy)]
+struct Block {
+    /// Its lowest sample.
+    from: [i64; 3],
+    /// Area of marching cubes in it.
+    area: f64,
+    /// Rims of the faces that close the volume at its border.
+    rims: f64,
 }
 
 impl Drawn<'_> {
@@ -47,10 +58,15 @@ impl Drawn<'_> {
             [at % counts[0], at / counts[0] % counts[1], at / counts[0] / counts[1]]
                 .map(|at| (at * BLOCK) as i64 - REACH as i64)
         };
+        let block_of = |sample: [usize; 3]| {
+            let [x, y, z] = sample.map(|at| (at + REACH) / BLOCK);
+            (z * counts[1] + y) * counts[0] + x
+        };
+        let rims = rims_of_blocks(samples, areas.len(), block_of);
         let blocks = (0..DRAWN).map(|stratum| {
             let [from, to] = [stratum, stratum + 1].map(|at| at * with_surface.len() / DRAWN);
             let at = with_surface[from + (scattered(stratum as u64) % (to - from) as u64) as usize];
-            (place(at), areas[at])
+            Block { from: place(at), area: areas[at], rims: rims[at] }
         });
         let blocks = blocks.collect();
         let total = areas.iter().sum();
@@ -71,21 +87,19 @@ impl Drawn<'_> {
         }
         let (order, has_edges) = total.order();
         let own: Vec<f64> = blocks.iter().map(|of| of.area(has_edges)).collect();
-        let known: f64 = self.blocks.iter().map(|(_, area)| area).sum();
+        let known: f64 = self.blocks.iter().map(|block| block.area).sum();
         let ratio = own.iter().sum::<f64>() / known;
         // Of a ratio: the scatter of what each block has beside it (Cochran, Sampling Techniques, 3rd edition, 6.4).
         let count = own.len() as f64;
-        let squares: f64 =
-            own.iter().zip(&self.blocks).map(|(own, (_, area))| (own - ratio * area).powi(2)).sum();
+        let square = |(own, block): (&f64, &Block)| (own - ratio * block.area).powi(2);
+        let squares: f64 = own.iter().zip(&self.blocks).map(square).sum();
         let left = 1.0 - count / self.with_surface as f64;
-        let u = self.total / known * (count * left * squares / (count - 1.0)).sqrt();
-        BlurredArea {
-            area: ratio * self.total,
-            u: Some(u),
-            order,
-            has_edges,
-            is_fine: total.is_fine(),
-        }
+        let scatter = (count * left * squares / (count - 1.0)).sqrt();
+        let used = Variations::sum(&blocks);
+        let rims: f64 = self.blocks.iter().map(|block| block.rims).sum();
+        let doubt = RIM_DOUBT * of_rims(used.scale, has_edges) * rims;
+        let u = self.total / known * scatter.hypot(used.uncertainty(has_edges)).hypot(doubt);
+        BlurredArea { area: ratio * self.total, u, order, has_edges, is_fine: total.is_fine() }
     }
 
     /// The total variations of each block.
@@ -96,7 +110,9 @@ impl Drawn<'_> {
             let from = from.map(|at| at + 1);
             kernels.each_ref().map(|kernel| block(self.samples, kernel, from, 0))
         };
-        self.blocks.par_iter().map(|&(from, _)| Variations { scale, sums: sums(from) }).collect()
+        let of_block =
+            |block: &Block| Variations { scale, sums: sums(block.from) }.with_rims(block.rims);
+        self.blocks.par_iter().map(of_block).collect()
     }
 }
 
@@ -144,16 +160,16 @@ mod tests {
         .unwrap();
         let drawn = Drawn::new(&samples).unwrap();
         let found = drawn.area();
-        let u = found.u.unwrap();
+        let u = found.u;
         assert!(u < 0.004 * found.area, "{found:?}");
         // A period of 1 has an area of 2.5567 by marching cubes of scikit-image 0.26.0 on 200³ values of the function, and a share of 0.2048
         // inside, with which the surface is closed at the six sides.
         let truth = (8 * side * side) as f64 * 2.5567 + 6.0 * 0.2048 * (side * side) as f64;
         eprintln!("{found:?} {truth} {}", found.area / truth - 1.0);
-        assert!((found.area - truth).abs() < 3.0 * u, "{found:?} {truth}");
+        assert!((found.area - truth).abs() < 2.0 * u, "{found:?} {truth}");
         // The same with all blocks, of one σ only, which is what takes the time.
         let one: f64 = drawn.with(BASE).iter().map(|of| of.sums[0]).sum();
-        let known: f64 = drawn.blocks.iter().map(|(_, area)| area).sum();
+        let known: f64 = drawn.blocks.iter().map(|block| block.area).sum();
         let by_drawn = one / known * drawn.total;
         let all = super::super::total_variation(&samples, BASE.sigmas()[0]);
         assert!((by_drawn - all).abs() < 3.0 * u, "{by_drawn} {all} {u}");

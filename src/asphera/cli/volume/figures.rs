@@ -4,18 +4,18 @@ use asphera_formats::volume::UnitKnown;
 use asphera_measure::Part;
 use asphera_report::FormFigures;
 use asphera_volume::{
-    Ambiguity, BALL_RADIUS, GridCheck, Histogram, Majority, SurfaceFigures, Topology, Verdict,
-    VolumeBounds, area_bounds, ball_fractions, blurred_area, counting_uncertainty, difference_area,
-    majority_fractions, marching_fractions, needed_spacing_mm, semi_local_area,
-    trilinear_fractions, tube_counts, voxel_fractions,
+    GridCheck, Histogram, Samples, Topology, Verdict, needed_spacing_mm, with_missing,
 };
 use clap::ValueEnum as _;
 use serde::Serialize;
 
 use super::super::output::Failure;
 use super::VolumeArgs;
+use super::measures::{self, Cells, Measures};
+use super::meshed::Meshed;
 use super::nominal::{self, NominalFigures};
 use super::opened::Opened;
+use super::regular::{self, MeshReachFigures};
 
 /// All figures of a volume. Lengths are mm of the file's frame.
 #[derive(Debug, Serialize)]
@@ -70,8 +70,14 @@ pub(super) struct GridFigures {
     /// What the face of `--nominal` asks of the grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) nominal: Option<NominalFigures>,
+    /// What the mesh of `--regular` proves of r.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) mesh: Option<MeshReachFigures>,
     #[serde(skip)]
     known: Verdict,
+    /// Whether r is stated, the spacing is below r / √3 and no cell contradicts that. Missing samples leave it true.
+    #[serde(skip)]
+    pub(super) is_regular: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -88,70 +94,31 @@ pub(super) struct TopologyFigures {
     pub(super) cavities: u64,
     pub(super) tunnels: i64,
     pub(super) surfaces: Vec<PieceFigures>,
+    /// The same counts with missing samples as material; where they differ, the topology is not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) with_missing: Option<TopologyCounts>,
+}
+
+/// Euler numbers and Betti numbers.
+#[derive(Debug, Serialize)]
+pub(super) struct TopologyCounts {
+    pub(super) euler_6: i64,
+    pub(super) euler_26: i64,
+    pub(super) components: u64,
+    pub(super) cavities: u64,
+    pub(super) tunnels: i64,
 }
 
 #[derive(Debug, Serialize)]
 pub(super) struct PieceFigures {
     euler: i64,
-    genus: i64,
+    /// Absent of an open surface.
+    genus: Option<i64>,
+    /// Sides of one triangle only; 0 of a closed surface.
+    border_sides: u64,
     area_mm2: f64,
-    /// Below 0 for the wall of a cavity.
-    volume_mm3: f64,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct Measures {
-    pub(super) volume_mm3: VolumeMeasure,
-    pub(super) area_mm2: AreaMeasure,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct VolumeMeasure {
-    /// Foreground samples times the volume of a voxel.
-    pub(super) value: f64,
-    /// Certain bounds, where r is stated and nothing contradicts the grid.
-    pub(super) low: Option<f64>,
-    pub(super) high: Option<f64>,
-    /// Standard uncertainty from the place of the grid alone.
-    pub(super) u: Option<f64>,
-    pub(super) by: ByMethod,
-    /// The value at the threshold moved by −1 % and +1 % of the contrast; of grey values only.
-    pub(super) at_threshold_moved: Option<[f64; 2]>,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct ByMethod {
-    voxels: f64,
-    mi: f64,
-    cmi: f64,
-    balls: f64,
-    mmc: f64,
-    trilinear: f64,
-    mesh: f64,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct AreaMeasure {
-    pub(super) value: f64,
-    pub(super) low: Option<f64>,
-    pub(super) high: Option<f64>,
-    /// Standard uncertainty where only some places of a large volume were looked at.
-    pub(super) u: Option<f64>,
-    pub(super) estimator: &'static str,
-    /// The order with which blur takes area away: 2 for smooth bodies, 1 for edges.
-    pub(super) order: Option<f64>,
-    pub(super) has_edges: Option<bool>,
-    pub(super) others: OtherAreas,
-    /// Whether detail is too fine for the blur.
-    #[serde(skip)]
-    is_fine: bool,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct OtherAreas {
-    mesh: f64,
-    semi_local: Option<f64>,
-    difference: Option<f64>,
+    /// Below 0 for the wall of a cavity; absent of an open surface.
+    volume_mm3: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -162,6 +129,9 @@ pub(super) struct MeshFigures {
     pub(super) euler: i64,
     pub(super) closed: bool,
     pub(super) oriented: bool,
+    /// Connected borders at which it ends beside missing samples, and their sides.
+    pub(super) borders: u64,
+    pub(super) border_sides: u64,
 }
 
 impl VolumeReport {
@@ -176,20 +146,23 @@ impl VolumeReport {
 pub(super) fn of(
     args: &VolumeArgs,
     opened: &Opened,
-    surface: &SurfaceFigures,
+    meshed: &Meshed,
     given: Option<&Part>,
 ) -> Result<VolumeReport, Failure> {
     let Opened { samples, frame, .. } = opened;
+    let surface = &meshed.figures;
     let histogram = Histogram::new(samples);
     let topology = Topology::new(samples, &histogram);
     let spacing_mm = frame.spacing_mm();
     let check = GridCheck::with_missing(samples, &histogram, opened.missing.as_ref());
+    let (regular_mm, mesh) = regular::of(args)?;
     let nominal = given.map(|part| nominal::of(part, frame.steps_mm, &check)).transpose()?;
-    let grid = grid(args, opened, &check, nominal);
+    let grid = grid(opened, &check, regular_mm, nominal, mesh);
     let pieces = &surface.pieces;
     let surfaces = pieces.iter().map(|piece| PieceFigures {
         euler: piece.euler,
         genus: piece.genus,
+        border_sides: piece.border_sides,
         area_mm2: piece.area,
         volume_mm3: piece.volume,
     });
@@ -200,8 +173,14 @@ pub(super) fn of(
         cavities: topology.cavities,
         tunnels: topology.tunnels,
         surfaces: surfaces.collect(),
+        with_missing: opened
+            .missing
+            .as_ref()
+            .map(|missing| counts(&with_missing(samples, missing))),
     };
-    let measures = measures(args, opened, &histogram, surface, &grid, topology.euler_6);
+    let cells =
+        Cells { histogram: &histogram, euler: topology.euler_6, near_missing: check.near_missing };
+    let measures = measures::of(opened, cells, meshed, &grid);
     let report = VolumeReport {
         format: "asphera.volume/1",
         file: args.file.display().to_string(),
@@ -231,9 +210,23 @@ pub(super) fn of(
             euler: surface.euler(),
             closed: surface.is_closed,
             oriented: surface.is_oriented,
+            borders: surface.borders,
+            border_sides: surface.border_sides,
         },
     };
     Ok(report)
+}
+
+/// The topology of samples in short.
+fn counts(samples: &Samples) -> TopologyCounts {
+    let found = Topology::new(samples, &Histogram::new(samples));
+    TopologyCounts {
+        euler_6: found.euler_6,
+        euler_26: found.euler_26,
+        components: found.components,
+        cavities: found.cavities,
+        tunnels: found.tunnels,
+    }
 }
 
 /// The word of a verdict.
@@ -246,13 +239,18 @@ pub(super) fn word(known: Verdict) -> &'static str {
 }
 
 fn grid(
-    args: &VolumeArgs,
     opened: &Opened,
     check: &GridCheck,
+    regular_mm: Option<f64>,
     nominal: Option<NominalFigures>,
+    mesh: Option<MeshReachFigures>,
 ) -> GridFigures {
     let spacing_mm = opened.frame.spacing_mm();
-    let (mut known, mut why) = check.verdict_on_axes(opened.frame.steps_mm, args.regular);
+    let (mut known, mut why) = check.verdict_on_axes(opened.frame.steps_mm, regular_mm);
+    if let (Some(mesh), None, Verdict::Unknown) = (&mesh, regular_mm, known) {
+        why.clone_from(&mesh.why);
+    }
+    let is_regular = known == Verdict::Proved && !opened.samples.touches_border();
     if known == Verdict::Proved {
         let doubt = if opened.levels.missing > 0 {
             Some("samples are missing: what lies there is not known")
@@ -265,7 +263,7 @@ fn grid(
             (known, why) = (Verdict::Unknown, doubt.into());
         }
     }
-    let needed = args.regular.map(needed_spacing_mm);
+    let needed = regular_mm.map(needed_spacing_mm);
     let coarsest = spacing_mm.iter().copied().fold(0.0, f64::max);
     let places = check.places.iter().map(|place| PlaceFigures {
         centre_mm: opened.frame.place_mm(place.centre),
@@ -274,7 +272,7 @@ fn grid(
     GridFigures {
         verdict: word(known),
         why,
-        regular_mm: args.regular,
+        regular_mm,
         needed_spacing_mm: needed,
         margin: needed.map(|needed| needed / coarsest),
         case8: check.case8,
@@ -285,130 +283,11 @@ fn grid(
         doubtful: check.doubtful,
         places: places.collect(),
         nominal,
+        mesh,
         known,
+        is_regular,
     }
 }
-
-fn measures(
-    args: &VolumeArgs,
-    opened: &Opened,
-    histogram: &Histogram,
-    surface: &SurfaceFigures,
-    grid: &GridFigures,
-    euler: i64,
-) -> Measures {
-    let Opened { samples, frame, .. } = opened;
-    let [a, b, c] = frame.steps_mm;
-    let voxel_mm3 = (a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
-        + a[2] * (b[0] * c[1] - b[1] * c[0]))
-        .abs();
-    let by = ByMethod {
-        voxels: voxel_mm3 * histogram.volume(&voxel_fractions()),
-        mi: voxel_mm3 * histogram.volume(&majority_fractions(Majority::Foreground)),
-        cmi: voxel_mm3 * histogram.volume(&majority_fractions(Majority::Complement)),
-        balls: voxel_mm3 * histogram.volume(&ball_fractions(BALL_RADIUS)),
-        mmc: voxel_mm3 * histogram.volume(&marching_fractions(Ambiguity::Paired)),
-        trilinear: voxel_mm3 * histogram.volume(&trilinear_fractions()),
-        mesh: surface.volume,
-    };
-    let h_mm = frame.spacing_mm()[0];
-    let is_cubic = frame.is_orthogonal()
-        && frame.spacing_mm().iter().all(|side| (side / h_mm - 1.0).abs() < 1e-5);
-    let regular = args.regular.filter(|_| grid.known == Verdict::Proved).map(|r| r / h_mm);
-    let bounds = regular.map(|r| VolumeBounds::new(samples, Some(r)));
-    let mesh = surface.area;
-    let area = if is_cubic {
-        cubic_area(opened, h_mm, regular, 2 * euler, mesh)
-    } else {
-        let others = OtherAreas { mesh, semi_local: None, difference: None };
-        AreaMeasure {
-            value: mesh,
-            low: None,
-            high: None,
-            u: None,
-            estimator: "mesh",
-            order: None,
-            has_edges: None,
-            others,
-            is_fine: false,
-        }
-    };
-    let volume_mm3 = VolumeMeasure {
-        value: by.voxels,
-        low: bounds.map(|bounds| bounds.low * voxel_mm3),
-        high: bounds.map(|bounds| bounds.high * voxel_mm3),
-        u: is_cubic.then(|| counting_uncertainty(area.value / (h_mm * h_mm)) * voxel_mm3),
-        by,
-        at_threshold_moved: opened
-            .moved_foreground
-            .map(|counts| counts.map(|count| count as f64 * voxel_mm3)),
-    };
-    Measures { volume_mm3, area_mm2: area }
-}
-
-/// Area where voxels are cubes. The distances from the surface are looked at in volumes of up to [`TUBE_SAMPLES`].
-fn cubic_area(
-    opened: &Opened,
-    h_mm: f64,
-    regular: Option<f64>,
-    surface_euler: i64,
-    mesh: f64,
-) -> AreaMeasure {
-    let samples = &opened.samples;
-    let square_mm2 = h_mm * h_mm;
-    let blurred = blurred_area(samples);
-    let mut others = OtherAreas { mesh, semi_local: None, difference: None };
-    let (mut low, mut high) = (None, None);
-    if samples.len() <= TUBE_SAMPLES {
-        // Distances between 2r′ and r − 2r′, where the bounds hold; without r only the one of the plain estimate.
-        let mut radii = vec![PLAIN_REACH, QUOTIENT_REACH / 2.0, QUOTIENT_REACH];
-        if let Some(r) = regular {
-            let (from, to) = (3_f64.sqrt(), (r - 3_f64.sqrt()).min(FARTHEST));
-            radii.extend((1..=9).map(|step| from + (to - from) * f64::from(step) / 10.0));
-        } else {
-            radii.truncate(1);
-        }
-        if let Some(counts) = tube_counts(samples, &radii) {
-            others.semi_local = Some(semi_local_area(counts[0], PLAIN_REACH) * square_mm2);
-            if let Some(r) = regular {
-                let is_far = r > QUOTIENT_REACH + 1.0;
-                others.difference = is_far.then(|| {
-                    difference_area(counts[2], counts[1], QUOTIENT_REACH, surface_euler)
-                        * square_mm2
-                });
-                for (&s, &count) in radii.iter().zip(&counts).skip(3) {
-                    if let Some([least, most]) = area_bounds(count, s, surface_euler, r) {
-                        low = Some(low.map_or(least, |low: f64| low.max(least)));
-                        high = Some(high.map_or(most, |high: f64| high.min(most)));
-                    }
-                }
-            }
-        }
-    }
-    AreaMeasure {
-        value: blurred.area * square_mm2,
-        low: low.map(|low| low * square_mm2),
-        high: high.map(|high| high * square_mm2),
-        u: blurred.u.map(|u| u * square_mm2),
-        estimator: "blurred boundary",
-        order: blurred.order,
-        has_edges: Some(blurred.has_edges),
-        others,
-        is_fine: blurred.is_fine,
-    }
-}
-
-/// Samples up to which distances from the surface are looked at: some ten seconds.
-const TUBE_SAMPLES: u64 = 1 << 25;
-
-/// s of the plain semi-local estimate, spacings.
-const PLAIN_REACH: f64 = 4.0;
-
-/// s of the difference quotient, spacings: s / 2 should be 7 or more.
-const QUOTIENT_REACH: f64 = 14.0;
-
-/// The largest s that bounds are looked for at, spacings.
-const FARTHEST: f64 = 24.0;
 
 fn reasons(
     opened: &Opened,
@@ -436,11 +315,16 @@ fn reasons(
         );
     }
     if opened.levels.missing > 0 {
-        reasons.push(format!(
-            "{} samples have no value: they count as background; {missing_cells} cells of the surface lie beside one, and no surface of the \
-             part",
-            opened.levels.missing
-        ));
+        let found = opened.levels.missing;
+        reasons.push(match missing_cells {
+            0 => format!(
+                "{found} samples have no value: they count as background, and none lies beside the surface"
+            ),
+            cells => format!(
+                "{found} samples have no value: {cells} cells that would have surface lie beside one, and the surface ends there; the \
+                 topology counts such samples as background, and with_missing as material"
+            ),
+        });
     }
     if topology.euler_6 != topology.euler_26 {
         reasons.push(

@@ -2,6 +2,7 @@
 
 use std::fs::{File, OpenOptions};
 use std::io::BufWriter;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use asphera_formats::volume::{Frame, SliceReader, Values};
@@ -14,7 +15,7 @@ use rayon::prelude::*;
 
 use super::super::output::Failure;
 use super::VolumeArgs;
-use super::opened::{Grey, Opened};
+use super::opened::{Grey, Opened, moved};
 use super::sliced::{SlicedFile, next};
 
 /// The formats that surfaces are written in.
@@ -36,14 +37,27 @@ pub(super) fn check_names(paths: &[PathBuf]) -> Result<(), Failure> {
     paths.iter().try_for_each(|path| mesh_kind(path).map(|_| ()))
 }
 
+/// A surface, measured.
+pub(super) struct Meshed {
+    pub(super) figures: SurfaceFigures,
+    /// Areas of marching cubes with their vertices at the threshold moved down, at it and moved up, by 1 % of the contrast; of grey
+    /// values only.
+    pub(super) moved_areas: Option<[f64; 3]>,
+}
+
 /// Makes the surface of a volume in mm of the file's frame, writes it into files and measures it.
-pub(super) fn of(
-    args: &VolumeArgs,
-    opened: &Opened,
-    files: &[PathBuf],
-) -> Result<SurfaceFigures, Failure> {
+pub(super) fn of(args: &VolumeArgs, opened: &Opened, files: &[PathBuf]) -> Result<Meshed, Failure> {
     match &opened.values {
-        Grey::Whole(values) => whole(args, opened, values.as_deref(), files),
+        Grey::Whole(values) => {
+            let figures = whole(args, opened, values.as_deref(), files)?;
+            let moved_areas = values.as_ref().and_then(|values| {
+                let bands = bands(opened);
+                let mut areas = MovedAreas::new(opened)?;
+                areas.add(&bands, 0..bands.slices(), values, 0);
+                Some(areas.sums)
+            });
+            Ok(Meshed { figures, moved_areas })
+        }
         Grey::Sliced(file) => {
             let reader = file.as_ref().map(SlicedFile::again).transpose()?;
             by_bands(args, opened, reader, files)
@@ -69,6 +83,10 @@ fn whole(
             }
         }
         None => reconstruct(samples, &method, &Middles)?,
+    };
+    let surface = match &opened.missing {
+        Some(missing) => surface.without_missing(missing),
+        None => surface,
     };
     let surface = surface.moved(|vertex| frame.place_mm(vertex), frame.is_mirror());
     files.iter().try_for_each(|path| write_mesh(path, &surface))?;
@@ -98,20 +116,24 @@ fn by_bands(
     opened: &Opened,
     reader: Option<SliceReader>,
     files: &[PathBuf],
-) -> Result<SurfaceFigures, Failure> {
-    let bands = Bands::new(&opened.samples, Ambiguity::Paired);
+) -> Result<Meshed, Failure> {
+    let bands = Bands::with_missing(&opened.samples, opened.missing.as_ref(), Ambiguity::Paired);
     let mut growing = files
         .iter()
         .map(|path| GrowingFile::new(path, bands.vertices()))
         .collect::<Result<Vec<_>, _>>()?;
     let name = args.file.display().to_string();
     let mut window = reader.map(|reader| Window::new(name, reader, opened));
+    let mut moved = window.as_ref().and_then(|_| MovedAreas::new(opened));
     let mut tally = SurfaceTally::new();
     let (slices, together) = (bands.slices(), BAND * rayon::current_num_threads());
     for start in (0..slices).step_by(together) {
         let end = (start + together).min(slices);
         if let Some(window) = &mut window {
             window.move_to(start.saturating_sub(1), end)?;
+            if let Some(moved) = &mut moved {
+                moved.add(&bands, start..end, &window.values, window.first);
+            }
         }
         let crossings = window.as_ref().map(Window::crossings);
         let parts: Vec<usize> = (start..end).step_by(BAND).collect();
@@ -137,7 +159,43 @@ fn by_bands(
     let figures = tally.finish(|corners| add_corners(&mut growing, corners, &mut result));
     result?;
     growing.into_iter().try_for_each(GrowingFile::finish)?;
-    Ok(figures)
+    Ok(Meshed { figures, moved_areas: moved.map(|moved| moved.sums) })
+}
+
+/// The surface by modified marching cubes, up to the missing samples.
+fn bands(opened: &Opened) -> Bands<'_> {
+    Bands::with_missing(&opened.samples, opened.missing.as_ref(), Ambiguity::Paired)
+}
+
+/// Areas of marching cubes at three thresholds, with the triangles of the middle one.
+struct MovedAreas<'a> {
+    frame: &'a Frame,
+    size: [usize; 3],
+    thresholds: [f64; 3],
+    sums: [f64; 3],
+}
+
+impl MovedAreas<'_> {
+    /// None where there are two values only.
+    fn new(opened: &Opened) -> Option<MovedAreas<'_>> {
+        let [less, more] = moved(opened.threshold, &opened.levels)?;
+        let thresholds = [less, opened.threshold, more];
+        let size = opened.samples.size();
+        Some(MovedAreas { frame: &opened.frame, size, thresholds, sums: [0.0; 3] })
+    }
+
+    /// Adds the areas between some slices and the next ones. `values` are those of slices from `first_slice` on.
+    fn add(&mut self, bands: &Bands<'_>, slices: Range<usize>, values: &[f32], first_slice: usize) {
+        let [columns, rows, _] = self.size;
+        let size = [columns, rows, values.len() / (columns * rows)];
+        for (sum, threshold) in self.sums.iter_mut().zip(self.thresholds) {
+            let grey = GreyValues { values, size, threshold: threshold as f32 };
+            let crossings = GreySlices { grey, first_slice };
+            let areas = bands.areas(slices.clone(), &crossings, |at| self.frame.place_mm(at));
+            // One by one, so that it does not count how many come at a time.
+            areas.iter().for_each(|area| *sum += area);
+        }
+    }
 }
 
 /// A band in mm of the file's frame.

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::figures::VolumeReport;
+use super::measures::AreaMeasure;
 use super::nominal::NominalFigures;
 use crate::cli::summary::short;
 
@@ -26,6 +27,9 @@ pub(super) fn of(report: &VolumeReport) -> String {
     if let (Some(needed), Some(margin)) = (report.grid.needed_spacing_mm, report.grid.margin) {
         line("", format!("needed spacing below {} mm, margin {margin:.2}", short(needed)));
     }
+    if let Some(mesh) = report.grid.mesh.as_ref().filter(|mesh| mesh.proved_mm.is_some()) {
+        line("", mesh.why.clone());
+    }
     for (name, value) in report.grid.nominal.iter().flat_map(of_nominal) {
         line(name, value);
     }
@@ -46,8 +50,22 @@ pub(super) fn of(report: &VolumeReport) -> String {
             topology.euler_26
         ),
     );
+    if let Some(counts) = &topology.with_missing {
+        let value = format!(
+            "with missing samples as material: components {}, tunnels {}, cavities {}",
+            counts.components, counts.tunnels, counts.cavities
+        );
+        line("", value);
+    }
     let measure = &report.measures.volume_mm3;
-    let mut value = format!("{} mm³", short(measure.value));
+    let mut value = match measure.with_missing {
+        Some(most) => format!(
+            "{} to {} mm³, with missing samples as background and as material",
+            short(measure.value),
+            short(most)
+        ),
+        None => format!("{} mm³", short(measure.value)),
+    };
     if let Some(u) = measure.u {
         let _ = write!(value, ", u {} mm³ from the place of the grid", short(u));
     }
@@ -63,29 +81,51 @@ pub(super) fn of(report: &VolumeReport) -> String {
             ),
         );
     }
-    let area = &report.measures.area_mm2;
-    let mut value = format!("{} mm² by the {}", short(area.value), area.estimator);
-    if area.has_edges == Some(true) {
-        value.push_str(", edges or fine detail found");
+    for (name, value) in of_area(&report.measures.area_mm2) {
+        line(name, value);
     }
-    value.push_str(&certainly(area.low, area.high));
-    line("A", value);
     let mesh = &report.mesh;
+    let kind = match (mesh.closed, mesh.borders) {
+        (true, _) => ", closed".to_owned(),
+        (false, borders) => format!(", OPEN with {borders} borders, {} sides", mesh.border_sides),
+    };
     line(
         "mesh",
         format!(
-            "{}: {} vertices, {} triangles, Euler number {}{}",
+            "{}: {} vertices, {} triangles, Euler number {}{kind}{}",
             mesh.method,
             mesh.vertices,
             mesh.triangles,
             mesh.euler,
-            if mesh.closed && mesh.oriented { ", closed and oriented" } else { ", NOT closed" }
+            if mesh.oriented { " and oriented" } else { ", NOT oriented" }
         ),
     );
     for reason in &report.reasons {
         line("note", reason.clone());
     }
     text
+}
+
+/// Lines for the area.
+fn of_area(area: &AreaMeasure) -> Vec<(&'static str, String)> {
+    let mut value = format!("{} mm²", short(area.value));
+    if let Some(u) = area.u {
+        let _ = write!(value, ", u {} mm²", short(u));
+    }
+    let _ = write!(value, " by the {}", area.estimator);
+    if area.has_edges == Some(true) {
+        value.push_str(", edges or fine detail found");
+    }
+    value.push_str(&certainly(area.low, area.high));
+    let mut lines = vec![("A", value)];
+    if let Some([low, high]) = area.at_threshold_moved {
+        let [low, high] = [low, high].map(short);
+        lines.push((
+            "",
+            format!("{low} and {high} mm² at the threshold − 1 % and + 1 % of the contrast"),
+        ));
+    }
+    lines
 }
 
 /// Bounds that hold for certain, where both are known.

@@ -137,38 +137,109 @@ fn large_smooth_bodies_have_no_edges() {
     }
 }
 
-/// The root mean square error over poses falls by the order 1.5 at least as the spacing is halved four times. At first a sphere or tube
-/// has a radius of 2.5 spacings; the theorems ask for 1.73. Twice without `ASPHERA_LONG`.
+/// Bodies of few spacings: the largest error of all poses is within what is stated, 2 u in 95 % and 3 u always; no ball or ellipsoid is
+/// taken for one with edges.
+#[test]
+fn uncertainties_of_small_bodies_hold_their_errors() {
+    let poses = if std::env::var_os("ASPHERA_LONG").is_some() { 200 } else { 12 };
+    for body in [
+        sphere(2.5),
+        sphere(4.0),
+        sphere(10.0),
+        ellipsoid([2.5, 3.75, 5.0]),
+        ellipsoid([3.0, 4.0, 5.0]),
+        ellipsoid([4.0, 6.0, 8.0]),
+        torus(10.0, 2.5),
+        torus(20.0, 5.0),
+        cube(5.0),
+        cube(8.0),
+        cube(12.0),
+        cube(20.0),
+    ] {
+        let mut random = Random::new(33);
+        let (mut beyond, mut worst) = (0, 0.0_f64);
+        for _ in 0..poses {
+            let found = blurred_area(&body.digitized(1.0, &mut random));
+            let error = (found.area - body.area).abs();
+            assert!(error < 3.0 * found.u, "{} {:.1}: {found:?}", body.name, body.area);
+            assert!(!found.has_edges || body.name == "cube", "{} {found:?}", body.name);
+            beyond += usize::from(error > 2.0 * found.u);
+            worst = worst.max(error / body.area);
+        }
+        eprintln!("{} of {:.0}: {:.2} %, {beyond} beyond", body.name, body.area, 100.0 * worst);
+        assert!(20 * beyond <= poses + 8, "{} {:.1}: {beyond}", body.name, body.area);
+        assert!(worst < 0.07 || body.name == "cube", "{}: {worst}", body.name);
+    }
+}
+
+/// A ball that the border cuts in half: its flat face has a rim, which is no edge of the part.
+#[test]
+fn the_rim_at_the_border_is_no_edge() {
+    let mut random = Random::new(34);
+    for radius in [12.0, 24.0] {
+        let place = [0, 1, 2].map(|_| random.between(-0.5, 0.5) + radius + 3.0);
+        let side = (2.0 * radius) as usize + 8;
+        let samples = Samples::from_fn([side, side, place[2] as usize + 1], |x, y, z| {
+            let from: [f64; 3] = std::array::from_fn(|axis| [x, y, z][axis] as f64 - place[axis]);
+            from.iter().map(|x| x * x).sum::<f64>() < radius * radius
+        })
+        .unwrap();
+        // The zone up to half a spacing beyond the last slice, and the flat face there.
+        let height = place[2].floor() + 0.5 - place[2];
+        let flat = PI * (radius * radius - height * height);
+        let truth = 2.0 * PI * radius * (radius + height) + flat;
+        let found = blurred_area(&samples);
+        assert!(!found.has_edges, "{found:?}");
+        assert!((found.area - truth).abs() < 2.0 * found.u, "{found:?} {truth}");
+        assert!((found.area / truth - 1.0).abs() < 0.012, "{found:?} {truth}");
+    }
+}
+
+/// The order of convergence: the slope of the line through the logarithms of the root mean square errors over poses.
+fn order(errors: &[f64]) -> f64 {
+    let middle = (errors.len() - 1) as f64 / 2.0;
+    let from_middle = |at: usize| at as f64 - middle;
+    let slope: f64 =
+        errors.iter().enumerate().map(|(at, error)| -from_middle(at) * error.log2()).sum();
+    slope / (0..errors.len()).map(|at| from_middle(at).powi(2)).sum::<f64>()
+}
+
+/// The root mean square error over poses falls by the order 1.5 at least as the spacing is halved four times, from a radius of 5 spacings,
+/// and from one of 2.5, where the theorems ask for 1.73. Twice without `ASPHERA_LONG`, from 2.5.
 #[test]
 fn areas_and_volumes_converge() {
-    let halvings = if std::env::var_os("ASPHERA_LONG").is_some() { 4 } else { 2 };
+    let is_long = std::env::var_os("ASPHERA_LONG").is_some();
+    let (halvings, firsts) = if is_long { (4, vec![0.4, 0.2]) } else { (2, vec![0.4]) };
     for body in [sphere(1.0), torus(2.0, 1.0), torus(4.0, 1.0), ellipsoid([1.0, 1.5, 2.0])] {
-        let (mut areas, mut volumes) = (Vec::new(), Vec::new());
-        for halved in 0..=halvings {
-            let h = 0.4 / f64::from(1 << halved);
-            let mut random = Random::new(32);
-            let poses = if halved < 3 { 8 } else { 2 };
-            let (mut of_area, mut of_volume) = (0.0, 0.0);
-            for _ in 0..poses {
-                let samples = body.digitized(h, &mut random);
-                of_area += (blurred_area(&samples).area * h * h / body.area - 1.0).powi(2);
-                let volume = samples.foreground() as f64 * h.powi(3);
-                of_volume += (volume / body.volume - 1.0).powi(2);
+        for &first in &firsts {
+            let (mut areas, mut volumes) = (Vec::new(), Vec::new());
+            for halved in 0..=halvings {
+                let h = first / f64::from(1 << halved);
+                let mut random = Random::new(32);
+                let poses = if is_long { [24, 24, 12, 8, 4][halved] } else { 8 };
+                let (mut of_area, mut of_volume) = (0.0, 0.0);
+                for _ in 0..poses {
+                    let samples = body.digitized(h, &mut random);
+                    let area = blurred_area(&samples).area * h * h;
+                    of_area += (area / body.area - 1.0).powi(2);
+                    let volume = samples.foreground() as f64 * h.powi(3);
+                    of_volume += (volume / body.volume - 1.0).powi(2);
+                }
+                areas.push((of_area / f64::from(poses)).sqrt());
+                volumes.push((of_volume / f64::from(poses)).sqrt());
             }
-            areas.push((of_area / f64::from(poses)).sqrt());
-            volumes.push((of_volume / f64::from(poses)).sqrt());
-        }
-        for (what, errors) in [("area", areas), ("volume", volumes)] {
-            let percent: Vec<String> = errors.iter().map(|e| format!("{:.4}", 100.0 * e)).collect();
-            let order = (errors[0] / errors[halvings]).log2() / halvings as f64;
-            eprintln!(
-                "{} {} of {}: {} %, order {order:.2}",
-                what,
-                body.name,
-                body.reach,
-                percent.join(", ")
-            );
-            assert!(order > 1.5, "{what} {} {errors:?}", body.name);
+            for (what, errors) in [("area", areas), ("volume", volumes)] {
+                let percent: Vec<String> =
+                    errors.iter().map(|e| format!("{:.4}", 100.0 * e)).collect();
+                let order = order(&errors);
+                eprintln!(
+                    "{what} {} of {} from {first}: {} %, order {order:.2}",
+                    body.name,
+                    body.reach,
+                    percent.join(", ")
+                );
+                assert!(order > 1.5, "{what} {} {errors:?}", body.name);
+            }
         }
     }
 }

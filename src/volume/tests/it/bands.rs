@@ -132,6 +132,11 @@ fn bands_of_grey_values_are_the_surface() {
     let topology = Topology::new(&samples, &Histogram::new(&samples));
     assert_eq!([topology.components, topology.cavities], [3, 1]);
     assert_eq!(topology.tunnels, 2);
+    // Areas slice by slice need no mesh.
+    let bands = Bands::new(&samples, Ambiguity::Paired);
+    let areas = bands.areas(0..bands.slices(), &grey, |place| place.map(|at| 2.0 * at));
+    let area: f64 = areas.iter().sum();
+    assert!((area / whole.area() / 4.0 - 1.0).abs() < 1e-12, "{area} {}", whole.area());
 }
 
 /// A band that lacks a triangle is not closed; one whose triangle is turned round is not oriented.

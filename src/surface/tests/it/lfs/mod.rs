@@ -3,4 +3,5 @@
 mod bodies;
 mod field;
 mod measured;
+mod meshed;
 mod nominal;
