@@ -82,8 +82,79 @@ def mesh(path):
     print(json.dumps(found))
 
 
+HEAD = (
+    "X: {0}\nY: {0}\nZ: {0}\nVoxel-Size: 1\nAlpha-Color: 0\nInt-Endian: 0123\nVoxel-Endian: 0\n"
+    "Res-X: 1.0\nRes-Y: 1.0\nRes-Z: 1.0\nVersion: 2\n.\n"
+)
+
+
+def bodies(is_long):
+    """Name, what is inside, reach and area of the bodies, in spacings."""
+    import numpy as np
+    from scipy.special import ellipeinc, ellipkinc
+
+    def ellipsoid(c, b, a):
+        angle = np.arccos(c / a)
+        m = a * a * (b * b - c * c) / (b * b * (a * a - c * c))
+        curved = ellipeinc(angle, m) * np.sin(angle) ** 2 + ellipkinc(angle, m) * np.cos(angle) ** 2
+        return 2 * np.pi * (c * c + a * b / np.sin(angle) * curved)
+
+    def sphere(r):
+        return f"sphere-{r}", lambda p: (p**2).sum(0) < r * r, r, 4 * np.pi * r * r
+
+    def torus(ring, tube):
+        inside = lambda p: np.hypot(np.hypot(p[0], p[1]) - ring, p[2]) < tube
+        return f"torus-{ring}-{tube}", inside, ring + tube, 4 * np.pi**2 * ring * tube
+
+    yield sphere(10)
+    yield torus(20, 5)
+    yield "cube-40", lambda p: (np.abs(p) < 20).all(0), 20 * 3**0.5, 6 * 40 * 40
+    if is_long:
+        yield sphere(20)
+        yield sphere(30)
+        yield torus(30, 10)
+        sides = np.array([15.0, 30.0, 45.0])[:, None, None, None]
+        yield "ellipsoid", lambda p: ((p / sides) ** 2).sum(0) < 1, 45, ellipsoid(15, 30, 45)
+
+
+def dgtal_area(path):
+    """Surfels times the normals of integral invariants."""
+    from dgtal import SH3
+
+    options = SH3.defaultParameters()
+    for key, value in (("r-radius", 5.0), ("verbose", 0), ("surfaceComponents", "All")):
+        options.set(key, value)
+    image = SH3.makeBinaryImage(str(path), options)
+    space = SH3.getKSpace(image, options)
+    surfels = SH3.getSurfelRange(SH3.makeLightDigitalSurface(image, space, options), options)
+    normals = SH3.getIINormalVectors(image, surfels, options)
+    # A surfel lies across the axis along which its coordinate is even.
+    across = ([at % 2 for at in space.sKCoords(surfel)].index(0) for surfel in surfels)
+    return sum(abs(normal[axis]) for axis, normal in zip(across, normals))
+
+
+def areas(folder, is_long):
+    import numpy as np
+    from scipy.spatial.transform import Rotation
+
+    random = np.random.default_rng(35)
+    cases = []
+    for name, is_inside, reach, area in bodies(is_long):
+        for pose in range(20 if is_long else 1):
+            side = 2 * int(np.ceil(reach)) + 5
+            grid = np.indices((side,) * 3) - side // 2 + random.uniform(-0.5, 0.5, (3, 1, 1, 1))
+            turn = Rotation.random(random_state=random).as_matrix()
+            solid = is_inside(np.tensordot(turn, grid, 1))
+            file = folder / f"{name}-{pose}.vol"
+            file.write_bytes(HEAD.format(side).encode() + (solid * np.uint8(255)).tobytes())
+            cases.append({"body": name, "file": file.name, "area": area, "dgtal": dgtal_area(file)})
+    (folder / "areas.json").write_text(json.dumps(cases))
+
+
 if __name__ == "__main__":
     if sys.argv[1] == "make":
         make(Path(sys.argv[2]))
+    elif sys.argv[1] in ("areas", "areas-long"):
+        areas(Path(sys.argv[2]), sys.argv[1] == "areas-long")
     else:
         mesh(sys.argv[2])

@@ -9,6 +9,7 @@ use serde_json::Value;
 use super::{figures, form, meshed, opened};
 
 mod missing;
+mod regular;
 use crate::cli::demo::ct::lay_out;
 use crate::cli::files::part;
 use crate::cli::progress::Progress;
