@@ -6,6 +6,7 @@ use asphera_face::{
     Body, Face, Lattice, Lying, MeasuredFace, Scan, Settings, Threshold as Value, VolumeViewer,
     between,
 };
+use asphera_formats::volume::{Values, Volume};
 use asphera_formats::{Format, volume};
 use asphera_measure::{Along, Measurement, Part, undecide};
 use asphera_report::{SecondFigures, Timing};
@@ -131,7 +132,7 @@ pub(super) fn is_volume(path: &Path) -> Result<bool, Failure> {
     Ok(is_bare || volume::format_of(&path.display().to_string(), &read(path)?).is_some())
 }
 
-/// Measures the face that a nominal describes, and the other one where it is asked for.
+/// Measures the face of a file that a nominal describes, and the other one where it is asked for.
 pub(super) fn measured(
     path: &Path,
     args: &FaceArgs,
@@ -156,7 +157,7 @@ pub(super) fn measured(
         }
     };
     progress.stage("reading");
-    let opened = Opened::new(path, args)?;
+    let opened = Opened::new(path, read_volume(path, args.spacing)?, args)?;
     let (mut first, lies) = opened.measured(&first, along, seed, progress)?;
     let mut other = None;
     if let Some(second) = second {
@@ -187,11 +188,25 @@ struct Opened {
     is_assumed: bool,
 }
 
+/// Measures one face of a volume that was read already, from a path.
+pub(super) fn measured_in(
+    path: &Path,
+    volume: Volume,
+    args: &FaceArgs,
+    part: &Part,
+    progress: &Progress,
+) -> Result<Measurement, Failure> {
+    let (measurement, _) = Opened::new(path, volume, args)?.measured(part, None, None, progress)?;
+    Ok(measurement)
+}
+
 impl Opened {
-    fn new(path: &Path, args: &FaceArgs) -> Result<Opened, Failure> {
+    fn new(path: &Path, volume: Volume, args: &FaceArgs) -> Result<Opened, Failure> {
         let name = path.display();
-        let volume = read_volume(path, args.spacing)?;
-        let values = volume.values.to_floats();
+        let values = match volume.values {
+            Values::Floats(values) => values,
+            bytes @ Values::Bytes(_) => bytes.to_floats(),
+        };
         let levels = Levels::new(&values).ok_or_else(|| {
             format!(
                 "{name}: expected samples of at least two values, inside and outside; found one value all over"

@@ -186,9 +186,8 @@ pub(super) fn run(args: &VolumeArgs) -> Result<Exit, Failure> {
         progress.stage("measuring");
         let given = args.nominal.as_deref().map(part).transpose()?;
         let mut report = figures::of(args, &opened, &surface, given.as_ref())?;
-        drop(opened);
         if let Some(part) = given {
-            form::add(&mut report, args, part, &progress);
+            form::add(&mut report, args, (&part, opened.into_volume()), &progress);
         }
         Ok(report)
     };

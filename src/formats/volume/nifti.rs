@@ -3,7 +3,12 @@
 //! Sources: <https://nifti.nimh.nih.gov/pub/dist/src/niftilib/nifti1.h> and nifti2.h (offsets of fields, `xyzt_units`, the quaternion of
 //! `qform`). The byte order is the one in which the size of the header is right.
 
+use std::io::Read as _;
+
+use flate2::read::GzDecoder;
+
 use super::element::Element;
+use super::layout::{SamplesIn, Skip};
 use super::unpack::{Packing, exactly, is_gzip, unpacked};
 use super::{Beside, Frame, MAX_SAMPLES, UnitKnown, Values, Volume, sample_count};
 use crate::{Format, Place, ReadError};
@@ -107,43 +112,140 @@ pub(super) fn read(name: &str, bytes: &[u8], beside: Beside<'_>) -> Result<Volum
         let out = unpacked(FORMAT, 0, bytes, Packing::Gzip, limit)?;
         return if is_gzip(&out) { Err(wrong_magic(&out)) } else { read(name, &out, beside) };
     }
-    let Some(layout) = layout(bytes) else {
-        return Err(wrong_magic(bytes));
-    };
-    let fields = Fields { bytes, layout };
-    let dims = fields.dim(0);
-    if !(3..=7).contains(&dims) || (4..=dims).any(|index| fields.dim(index as usize) > 1) {
-        let found = (0..=dims.clamp(0, 7)).map(|index| fields.dim(index as usize).to_string());
-        let found = found.collect::<Vec<_>>().join(" ");
-        return Err(fields.malformed([40, 16], "dim of one volume with 3 sides", found));
-    }
-    let size = [1, 2, 3].map(|index| u64::try_from(fields.dim(index)).unwrap_or(0));
-    let place = Place::Byte(if layout.is_two { 16 } else { 40 });
-    let count = sample_count(FORMAT, place, size)?;
-    let element = element(&fields)?;
-    let expected = count * element.bytes();
-    let magic = if layout.is_two { &bytes[4..8] } else { &bytes[344..348] };
+    let header = Header::of(bytes)?;
+    let Header { fields, size, element, .. } = &header;
+    let place = header.size_at();
+    let expected = sample_count(FORMAT, place, *size)? * element.bytes();
     let elsewhere;
-    let (data, start) = if magic[1] == b'+' {
-        let offset =
-            if layout.is_two { fields.i64(168) as f64 } else { f64::from(fields.f32(108)) };
-        let least = if layout.is_two { 540.0 } else { 348.0 };
-        if !(offset >= least && offset <= bytes.len() as f64) {
+    let (data, start) = match header.offset()? {
+        Some(offset) if offset <= bytes.len() as u64 => (&bytes[offset as usize..], offset),
+        Some(offset) => {
             return Err(fields.malformed([108, 168], "vox_offset within the file", offset));
         }
-        (&bytes[offset as usize..], offset as u64)
-    } else {
-        let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
-        let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
-        elsewhere = beside(&format!("{stem}.img"))
-            .map_err(|why| fields.malformed([344, 4], "the file .img beside the header", why))?;
-        (&elsewhere[..], 0)
+        None => {
+            elsewhere = beside(&beside_name(name)).map_err(|why| {
+                fields.malformed([344, 4], "the file .img beside the header", why)
+            })?;
+            (&elsewhere[..], 0)
+        }
     };
     let data = data[..data.len().min(expected)].to_vec();
     let data = exactly(FORMAT, start, data, expected)?;
-    let values = scaled(&fields, element.decoded(data, layout.is_big));
-    let frame = frame(&fields)?;
+    let values = element.decoded(data, fields.layout.is_big);
+    let values = scaling(fields).map_or_else(|| values.clone(), |scaling| scaling.of(&values));
+    let frame = frame(fields)?;
     Ok(Volume { size: size.map(|side| side as usize), values, frame, format: FORMAT })
+}
+
+/// Where the samples of a file lie, by its first bytes, and how its values are scaled. `None` of a packed file whose first bytes hold no
+/// header.
+pub(super) fn by_slices(
+    name: &str,
+    start: &[u8],
+) -> Result<Option<(super::layout::Layout, Option<Scaling>)>, ReadError> {
+    let (packing, unpacked);
+    let bytes = if is_gzip(start) {
+        packing = Some(Packing::Gzip);
+        unpacked = first_unpacked(start);
+        &unpacked[..]
+    } else {
+        packing = None;
+        start
+    };
+    if packing.is_some() && layout(bytes).is_none() {
+        return Ok(None);
+    }
+    let header = Header::of(bytes)?;
+    let (file, skip) = match header.offset()? {
+        Some(offset) => (SamplesIn::Own, offset),
+        // A packed header names a file that may be packed too, or not.
+        None if packing.is_some() => return Ok(None),
+        None => {
+            let place = Place::Byte(if header.fields.layout.is_two { 4 } else { 344 });
+            (SamplesIn::Beside(beside_name(name), place), 0)
+        }
+    };
+    let layout = super::layout::Layout {
+        format: FORMAT,
+        size: header.size,
+        size_at: header.size_at(),
+        element: header.element,
+        is_big: header.fields.layout.is_big,
+        frame: frame(&header.fields)?,
+        file,
+        start: 0,
+        packing,
+        skip_lines: 0,
+        skip: Skip::Bytes(skip),
+        is_all: false,
+    };
+    Ok(Some((layout, scaling(&header.fields))))
+}
+
+/// What the first bytes of a packed file unpack to, at least as far as a header goes.
+fn first_unpacked(start: &[u8]) -> Vec<u8> {
+    let mut out = Vec::new();
+    // Packed bytes end in the middle here: what came out before that counts.
+    let _ = GzDecoder::new(start).take(HEADER as u64).read_to_end(&mut out);
+    out
+}
+
+/// The larger header.
+const HEADER: usize = 540;
+
+/// The file of samples that belongs to a header.
+fn beside_name(name: &str) -> String {
+    let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
+    let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+    format!("{stem}.img")
+}
+
+/// A header whose size and type are known.
+struct Header<'a> {
+    fields: Fields<'a>,
+    size: [u64; 3],
+    element: Element,
+}
+
+impl Header<'_> {
+    fn of(bytes: &[u8]) -> Result<Header<'_>, ReadError> {
+        let Some(layout) = layout(bytes) else {
+            return Err(wrong_magic(bytes));
+        };
+        let fields = Fields { bytes, layout };
+        let dims = fields.dim(0);
+        if !(3..=7).contains(&dims) || (4..=dims).any(|index| fields.dim(index as usize) > 1) {
+            let found = (0..=dims.clamp(0, 7)).map(|index| fields.dim(index as usize).to_string());
+            let found = found.collect::<Vec<_>>().join(" ");
+            return Err(fields.malformed([40, 16], "dim of one volume with 3 sides", found));
+        }
+        let size = [1, 2, 3].map(|index| u64::try_from(fields.dim(index)).unwrap_or(0));
+        let element = element(&fields)?;
+        Ok(Header { fields, size, element })
+    }
+
+    fn size_at(&self) -> Place {
+        Place::Byte(if self.fields.layout.is_two { 16 } else { 40 })
+    }
+
+    /// Bytes before the samples; `None` where they lie in another file.
+    fn offset(&self) -> Result<Option<u64>, ReadError> {
+        let Fields { bytes, layout } = self.fields;
+        let magic = if layout.is_two { &bytes[4..8] } else { &bytes[344..348] };
+        if magic[1] != b'+' {
+            return Ok(None);
+        }
+        let offset = if layout.is_two {
+            self.fields.i64(168) as f64
+        } else {
+            f64::from(self.fields.f32(108))
+        };
+        let least = if layout.is_two { 540.0 } else { 348.0 };
+        if !(offset >= least && offset <= 1e18) {
+            return Err(self.fields.malformed([108, 168], "vox_offset within the file", offset));
+        }
+        Ok(Some(offset as u64))
+    }
 }
 
 fn wrong_magic(bytes: &[u8]) -> ReadError {
@@ -180,15 +282,25 @@ fn element(fields: &Fields<'_>) -> Result<Element, ReadError> {
     })
 }
 
-/// The values times `scl_slope` plus `scl_inter`, where there is a slope.
-fn scaled(fields: &Fields<'_>, values: Values) -> Values {
+/// `scl_slope` and `scl_inter`, where there is a slope.
+fn scaling(fields: &Fields<'_>) -> Option<Scaling> {
     let (slope, shift) = (fields.number(112, 176, 0), fields.number(116, 184, 0));
     let is_plain = slope == 0.0 || !slope.is_finite() || (slope == 1.0 && shift == 0.0);
-    if is_plain {
-        return values;
+    (!is_plain).then_some(Scaling { slope, shift })
+}
+
+/// A factor of all values, and what is added.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scaling {
+    slope: f64,
+    shift: f64,
+}
+
+impl Scaling {
+    pub(super) fn of(self, values: &Values) -> Values {
+        let of = |value: f32| (f64::from(value) * self.slope + self.shift) as f32;
+        Values::Floats(values.to_floats().into_iter().map(of).collect())
     }
-    let of = |value: f32| (f64::from(value) * slope + shift) as f32;
-    Values::Floats(values.to_floats().into_iter().map(of).collect())
 }
 
 fn frame(fields: &Fields<'_>) -> Result<Frame, ReadError> {

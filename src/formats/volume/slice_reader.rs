@@ -7,6 +7,7 @@ use flate2::read::{MultiGzDecoder, ZlibDecoder};
 use super::element::Element;
 use super::header::MAX_HEADER;
 use super::layout::{Layout, SamplesIn, Skip};
+use super::nifti::{self, Scaling};
 use super::unpack::Packing;
 use super::{Frame, Values, format_of, metaimage, nrrd, raw, stem, vol};
 use crate::{Format, ReadError};
@@ -29,12 +30,13 @@ pub type OpenFile<'a> = &'a mut dyn FnMut(Option<&str>) -> Result<Stored, String
 pub struct SliceReader {
     layout: Layout,
     reader: Box<dyn Read + Send>,
+    scaling: Option<Scaling>,
     next: u64,
 }
 
 impl SliceReader {
     /// Opens a volume by its header. `None` where the format does not hold its slices one after another, or is none: `.vol`, NRRD,
-    /// MetaImage and raw samples with a TOML file do.
+    /// MetaImage, NIfTI and raw samples with a TOML file do.
     ///
     /// # Errors
     ///
@@ -42,11 +44,19 @@ impl SliceReader {
     pub fn open(name: &str, open: OpenFile<'_>) -> Result<Option<SliceReader>, ReadError> {
         let Ok(mut own) = open(None) else { return Ok(None) };
         let Ok(start) = head(&mut own.reader) else { return Ok(None) };
+        let mut scaling = None;
         let (layout, is_samples) = match format_of(name, &start) {
             Some(Format::Vol) => (vol::layout(&start)?, false),
             Some(Format::MetaImage) => (metaimage::layout(&start)?, false),
             Some(Format::Nrrd) => match nrrd::layout(&start)? {
                 Some(layout) => (layout, false),
+                None => return Ok(None),
+            },
+            Some(Format::Nifti) => match nifti::by_slices(name, &start)? {
+                Some((layout, scaled)) => {
+                    scaling = scaled;
+                    (layout, false)
+                }
                 None => return Ok(None),
             },
             Some(Format::Raw) => (raw::layout(name, &start)?, false),
@@ -65,7 +75,7 @@ impl SliceReader {
         };
         layout.check_length(file.length)?;
         let reader = layout.samples(file)?;
-        Ok(Some(SliceReader { layout, reader, next: 0 }))
+        Ok(Some(SliceReader { layout, reader, scaling, next: 0 }))
     }
 
     /// Columns, rows and slices.
@@ -85,7 +95,7 @@ impl SliceReader {
 
     /// Whether samples are bytes.
     pub fn are_bytes(&self) -> bool {
-        self.layout.element == Element::U8
+        self.layout.element == Element::U8 && self.scaling.is_none()
     }
 
     /// The samples of the next slice, x fastest, then y; `None` behind the last one.
@@ -104,7 +114,11 @@ impl SliceReader {
         let found = match read {
             Ok(_) if bytes.len() as u64 == count => {
                 self.next += 1;
-                return Ok(Some(self.layout.element.decoded(bytes, self.layout.is_big)));
+                let values = self.layout.element.decoded(bytes, self.layout.is_big);
+                return Ok(Some(match self.scaling {
+                    Some(scaling) => scaling.of(&values),
+                    None => values,
+                }));
             }
             Ok(_) => format!("{} in slice {}", bytes.len(), self.next),
             Err(error) => format!("{error} in slice {}", self.next),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use asphera_geometry::PointMm;
-use asphera_geometry::vector::{cross, dot, length, minus};
+use asphera_geometry::vector::{cross, dot, length, minus, plus};
 use thiserror::Error;
 
 use super::error::LfsError;
@@ -56,9 +56,10 @@ pub enum NoReach {
 
 /// The reach of the body that a closed mesh shows, by medial balls on both sides.
 ///
-/// Facets stand for a smooth surface through the vertices. Large ones are sampled between their vertices, with normals interpolated.
-/// Normals may be off by a 16th of the largest angle between facets, places between vertices by the height of an arc over a facet; the bound
-/// counts both.
+/// Facets stand for a smooth surface through the vertices. Large ones are sampled between their vertices, with normals interpolated and
+/// places on the quadric of these (T. Boubekeur, M. Alexa, Phong tessellation, ACM Trans. Graph. 27 (2008), with its α of ½).
+/// Normals may be off by a 16th of the largest angle between facets, places between vertices by a 16th of the height of an arc over a facet; the
+/// bound counts both.
 ///
 /// # Errors
 ///
@@ -71,11 +72,11 @@ pub fn mesh_reach(points_mm: &[PointMm], triangles: &[[u32; 3]]) -> Result<MeshR
     let (points_mm, triangles) = &welded(points_mm, triangles);
     let (angle_rad, height_mm) = bent(points_mm, triangles)?;
     let sampled = Sampled::of(points_mm, triangles);
-    // Vertices are on the surface; places between them lie below an arc.
+    // Vertices are on the surface; places between them are nearly so.
     let is_sampled = sampled.places_mm.len() > points_mm.len();
     let accuracy = Accuracy {
         gap_mm: sampled.gap_mm,
-        position_mm: if is_sampled { height_mm / 4.0 } else { 0.0 },
+        position_mm: if is_sampled { height_mm / 16.0 } else { 0.0 },
         normal_rad: NORMAL_SHARE * angle_rad,
     };
     let mut lfs = MeasuredLfs::new(accuracy)?;
@@ -206,7 +207,14 @@ impl Sampled {
                 let mean = |of: [[f64; 3]; 3]| {
                     [0, 1, 2].map(|axis| (0..3).map(|at| shares[at] * of[at][axis]).sum::<f64>())
                 };
-                self.places_mm.push(mean(corners));
+                let flat = mean(corners);
+                // Each corner's tangent plane lies twice as high above a facet of a quadric as the quadric does, in the mean.
+                let mut place = flat;
+                for at in 0..3 {
+                    let height = dot(minus(corners[at], flat), normals[at]) * shares[at] / 2.0;
+                    place = plus(place, height, normals[at]);
+                }
+                self.places_mm.push(place);
                 self.normals.push(mean(normals));
             }
         }

@@ -64,6 +64,15 @@ fn convolved(values: &[f32], inner: usize, side: usize, outer: usize, kernel: &[
     for part in 0..outer {
         let from = &values[part * inner * side..][..inner * side];
         let to = &mut result[part * inner * BLOCK..][..inner * BLOCK];
+        if inner == 1 {
+            // The same sums in the same order, many places at a time.
+            for (step, &weight) in kernel.iter().enumerate() {
+                for (sum, value) in to.iter_mut().zip(&from[step..step + BLOCK]) {
+                    *sum += weight * value;
+                }
+            }
+            continue;
+        }
         for (at, line) in to.chunks_exact_mut(inner).enumerate() {
             for (step, &weight) in kernel.iter().enumerate() {
                 let source = &from[(at + step) * inner..][..inner];

@@ -1,16 +1,22 @@
 //! The form of the face that `--nominal` describes: that of `asphera measure`, without the files.
 
+use asphera_formats::volume::Volume;
 use asphera_measure::Part;
 use asphera_report::FormFigures;
 
 use super::super::face::{self, FaceArgs};
 use super::super::progress::Progress;
 use super::figures::VolumeReport;
-use super::{Part as Chosen, VolumeArgs, WHOLE};
+use super::{Part as Chosen, VolumeArgs};
 
 /// Adds the form to a report with what it must be read with, or why there is none.
-pub(super) fn add(report: &mut VolumeReport, args: &VolumeArgs, part: Part, progress: &Progress) {
-    match of(report, args, part, progress) {
+pub(super) fn add(
+    report: &mut VolumeReport,
+    args: &VolumeArgs,
+    (part, volume): (&Part, Option<Volume>),
+    progress: &Progress,
+) {
+    match of(report, args, (part, volume), progress) {
         Ok((form, notes)) => {
             report.form = Some(form);
             report.reasons.extend(notes.into_iter().map(|note| format!("face: {note}")));
@@ -22,19 +28,19 @@ pub(super) fn add(report: &mut VolumeReport, args: &VolumeArgs, part: Part, prog
 fn of(
     report: &VolumeReport,
     args: &VolumeArgs,
-    part: Part,
+    (part, volume): (&Part, Option<Volume>),
     progress: &Progress,
 ) -> Result<(FormFigures, Vec<String>), String> {
-    let count: u64 = report.volume.size.iter().map(|&side| side as u64).product();
-    if count > WHOLE {
+    let Some(volume) = volume else {
+        let count: u64 = report.volume.size.iter().map(|&side| side as u64).product();
         return Err(format!(
             "{count} samples are read by slices, and the face needs all at once; use asphera measure"
         ));
-    }
+    };
     let of_face = FaceArgs::of_face(args.threshold, args.spacing);
-    let faces = face::measured(&args.file, &of_face, Some(part), None, None, progress)
-        .map_err(|error| error.to_string())?;
-    let found = faces.first.report;
+    let found = face::measured_in(&args.file, volume, &of_face, part, progress)
+        .map_err(|error| error.to_string())?
+        .report;
     let form = found.form.ok_or_else(|| found.verdict.reasons.join("; "))?;
     let mut notes = Vec::new();
     if args.part != Chosen::All {

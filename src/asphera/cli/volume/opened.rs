@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use asphera_formats::ReadError;
 use asphera_formats::volume::{self, Frame, UnitKnown, Values, Volume};
+use asphera_formats::{Format, ReadError};
 use asphera_volume::{Levels, Parts, Samples, SlabBuilder, components};
 
 use super::super::files::read;
@@ -27,6 +27,18 @@ pub(super) struct Opened {
     pub(super) parts: u64,
     /// Whether one of several parts was chosen.
     pub(super) is_chosen: bool,
+    /// All values of a volume in memory whose face is asked for, where there are two only; `values` has them otherwise.
+    two: Option<Vec<f32>>,
+    format: Format,
+}
+
+impl Opened {
+    /// The volume as it was read; `None` of one that was read slice by slice.
+    pub(super) fn into_volume(self) -> Option<Volume> {
+        let Grey::Whole(values) = self.values else { return None };
+        let values = Values::Floats(values.or(self.two)?);
+        Some(Volume { size: self.samples.size(), values, frame: self.frame, format: self.format })
+    }
 }
 
 /// The values that place the vertices; `None` where there are two only, and vertices lie halfway.
@@ -75,9 +87,15 @@ pub(super) fn open(args: &VolumeArgs, whole: u64) -> Result<Opened, Failure> {
         builder.push_missing(&floats)?;
         missing = Some(builder.finish()?);
     }
-    let values = Grey::Whole((!levels.are_two).then_some(floats));
+    let are_two = levels.are_two;
     let found = Thresholded { all, threshold, threshold_source, levels, missing, moved_foreground };
-    found.opened(args, volume.frame, values)
+    let mut opened = found.opened(args, (volume.frame, volume.format), Grey::Whole(None))?;
+    if !are_two {
+        opened.values = Grey::Whole(Some(floats));
+    } else if args.nominal.is_some() {
+        opened.two = Some(floats);
+    }
+    Ok(opened)
 }
 
 impl Thresholded {
@@ -85,7 +103,7 @@ impl Thresholded {
     pub(super) fn opened(
         self,
         args: &VolumeArgs,
-        frame: Frame,
+        (frame, format): (Frame, Format),
         values: Grey,
     ) -> Result<Opened, Failure> {
         let Thresholded { all, threshold, threshold_source, levels, missing, moved_foreground } =
@@ -116,6 +134,8 @@ impl Thresholded {
             moved_foreground: moved_foreground.filter(|_| !is_chosen),
             parts,
             is_chosen,
+            two: None,
+            format,
         })
     }
 }

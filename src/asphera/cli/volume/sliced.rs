@@ -58,7 +58,7 @@ pub(super) fn open(args: &VolumeArgs, whole: u64) -> Result<Option<Opened>, Fail
         return Ok(None);
     }
     let name = args.file.display().to_string();
-    let frame = spaced(&name, reader.frame(), args.spacing)?;
+    let frame = (spaced(&name, reader.frame(), args.spacing)?, reader.format());
     let file = SlicedFile { path: args.file.clone(), size };
     let counted = Counted::of(&name, reader, &file)?;
     let (at, threshold_source) = threshold(&name, args.threshold, &counted.levels)?;

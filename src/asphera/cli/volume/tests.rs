@@ -355,7 +355,9 @@ fn a_nominal_gives_the_form_of_its_face() {
     let surface = meshed::of(&args, &opened, &[]).unwrap();
     let face = part(&laid.nominals[0]).unwrap();
     let mut report = figures::of(&args, &opened, &surface, Some(&face)).unwrap();
-    form::add(&mut report, &args, face, &progress);
+    let mut without = figures::of(&args, &opened, &surface, None).unwrap();
+    let volume = opened.into_volume().unwrap();
+    form::add(&mut report, &args, (&face, Some(volume.clone())), &progress);
     assert_eq!(report.form.as_ref(), Some(&measured), "{:?}", report.reasons);
     let notes = report.reasons.join("\n");
     assert!(notes.contains("face: its threshold is 18000"), "{notes}");
@@ -364,8 +366,7 @@ fn a_nominal_gives_the_form_of_its_face() {
     let far = dir.path().join("far.toml");
     let ring = "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"annulus\"\ninner_radius_mm = 50\nouter_radius_mm = 60\n";
     std::fs::write(&far, ring).unwrap();
-    let mut without = figures::of(&args, &opened, &surface, None).unwrap();
-    form::add(&mut without, &args, part(&far).unwrap(), &progress);
+    form::add(&mut without, &args, (&part(&far).unwrap(), Some(volume)), &progress);
     let why = without.reasons.last().unwrap();
     assert!(without.form.is_none() && why.starts_with("no form of the face: "), "{why}");
 }
