@@ -8,9 +8,11 @@ use asphera_report::{
     CellKind, CellView, FaceView, GridView, Refusal, SliceRequest, VOLUME_VIEW_FORMAT, VolumeSlice,
     VolumeView,
 };
-use asphera_volume::{Case, CriticalKind, GridCheck, Histogram, SizeError, Verdict};
+use asphera_volume::{
+    Case, CriticalKind, GridCheck, Histogram, Samples, SizeError, SlabBuilder, Verdict,
+};
 
-use crate::body::{Body, Lattice};
+use crate::body::{Body, Lattice, Scan};
 use asphera_geometry::vector::{Vector, dot, minus};
 
 /// A face that was measured: places in mm and the deviation there, nm. What is not finite does not count.
@@ -133,7 +135,8 @@ fn range(values: &[f32]) -> [f64; 2] {
 
 fn grid(body: &Body, threshold: f64) -> Result<GridView, SizeError> {
     let samples = body.samples(threshold)?;
-    let check = GridCheck::new(&samples, &Histogram::new(&samples));
+    let missing = missing(&body.scan)?;
+    let check = GridCheck::with_missing(&samples, &Histogram::new(&samples), missing.as_ref());
     let lattice = &body.scan.lattice;
     let cell = |kind, at: Vector, code| {
         let at_mm = lattice.place_mm(at).map(|mm| to(mm, 6));
@@ -163,9 +166,20 @@ fn grid(body: &Body, threshold: f64) -> Result<GridView, SizeError> {
         case8_unpaired: check.case8_unpaired,
         c1: check.c1,
         c2: check.c2,
+        near_missing: check.near_missing,
         left_out: all - cells.len() as u64,
         cells,
     })
+}
+
+/// Samples without a value, as foreground; `None` where there are none.
+fn missing(scan: &Scan) -> Result<Option<Samples>, SizeError> {
+    if scan.values.iter().all(|value| value.is_finite()) {
+        return Ok(None);
+    }
+    let mut builder = SlabBuilder::new(scan.size)?;
+    builder.push_missing(&scan.values)?;
+    builder.finish().map(Some)
 }
 
 /// To so many decimals.
@@ -196,6 +210,7 @@ mod tests {
         let steps_mm = [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.2]];
         let lattice = Lattice { origin_mm: [1.0, 2.0, 3.0], steps_mm };
         let of_solid = values.clone();
+        let with_gaps = values.clone();
         let body = Body::new(Scan { values, size, lattice }, 0.0);
         let points_mm = [[1.1, 2.1, 3.2], [1.2, 2.1, 3.2], [1.7, 2.7, 4.4]];
         let face = MeasuredFace { points_mm: &points_mm, deviations_nm: &[10.0, 20.04, f64::NAN] };
@@ -211,6 +226,14 @@ mod tests {
         let body = Body::new(Scan { values: of_solid, size, lattice: cubes }, 0.0);
         let on_cubes = VolumeViewer::new(body, 50.0, &[]).unwrap();
         assert!(on_cubes.view().grid.contradicted);
+        // The same beside samples without a value, which may hide what would excuse it.
+        let mut lacking = with_gaps;
+        for [x, y, z] in [[2, 1, 1], [5, 6, 5]] {
+            lacking[(z * 8 + y) * 8 + x] = f32::NAN;
+        }
+        let body = Body::new(Scan { values: lacking, size, lattice: cubes }, 0.0);
+        let open = VolumeViewer::new(body, 50.0, &[]).unwrap().view().grid.clone();
+        assert!(!open.contradicted && open.near_missing > 8, "{open:?}");
         assert_eq!((*c1, *c2, *left_out), (1, 1, 0));
         let found: Vec<_> = cells.iter().map(|cell| (cell.kind, cell.at)).collect();
         let corner = [5.5, 5.5, 5.5];

@@ -59,7 +59,9 @@ pub struct GridView {
     pub c1: u64,
     /// Cells in which two samples on a space diagonal stand against six.
     pub c2: u64,
-    /// Places of all these, by slice, row and column; at most some hundred.
+    /// Cells that would have surface but lie beside a sample without a value: the surface is open there.
+    pub near_missing: u64,
+    /// Places of those at fault, by slice, row and column; at most some hundred.
     pub cells: Vec<CellView>,
     /// How many are not among them.
     pub left_out: u64,

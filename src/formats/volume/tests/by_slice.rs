@@ -92,6 +92,38 @@ fn slices_are_those_of_the_whole_volume() {
     assert_same(&[("a.raw", &data), ("a.toml", side)]);
 }
 
+/// NIfTI packed and not, with its samples in the same file and in one beside it, its values scaled and not.
+#[test]
+fn slices_of_nifti_are_those_of_the_whole_volume() {
+    for packed in [super::NIFTI_1, super::NIFTI_2] {
+        assert_same(&[("a.nii.gz", packed)]);
+        let plain = crate::volume::unpack::unpacked(
+            crate::Format::Nifti,
+            0,
+            packed,
+            crate::volume::unpack::Packing::Gzip,
+            1 << 20,
+        )
+        .unwrap();
+        assert_same(&[("a.nii", &plain)]);
+        let cut = &plain[..plain.len() - 1];
+        let mut slices = opened(&[("a.nii", cut)]).unwrap().unwrap();
+        let ends = std::iter::from_fn(|| Some(slices.next_slice())).find(Result::is_err);
+        assert!(ends.unwrap().unwrap_err().to_string().contains("in slice"));
+    }
+    // A header of 348 bytes by nifti1.h: dim at 40, datatype at 70, bitpix at 72, pixdim at 76, scl_slope at 112, scl_inter at 116.
+    let mut header = vec![0_u8; 348];
+    header[..4].copy_from_slice(&348_i32.to_le_bytes());
+    for (at, value) in [(40, 3_i16), (42, 2), (44, 3), (46, 4), (70, 2), (72, 8)] {
+        header[at..at + 2].copy_from_slice(&value.to_le_bytes());
+    }
+    for (at, value) in [(80, 0.5_f32), (84, 0.5), (88, 0.5), (112, 2.0), (116, -3.0)] {
+        header[at..at + 4].copy_from_slice(&value.to_le_bytes());
+    }
+    header[344..348].copy_from_slice(b"ni1\0");
+    assert_same(&[("a.hdr", &header), ("a.img", &samples())]);
+}
+
 #[test]
 fn files_that_end_too_soon_are_named() {
     let samples = samples();
@@ -117,7 +149,8 @@ fn files_that_end_too_soon_are_named() {
     let message = opened(&[("a.toml", side)]).err().unwrap().to_string();
     assert!(message.contains("no such file"), "{message}");
     // What is no volume, or has no slices in a row, is left to others.
-    for (name, bytes) in [("a.xyz", &b"1 2 3\n"[..]), ("a.nii.gz", super::NIFTI_1), ("a.vol", b"")]
+    for (name, bytes) in
+        [("a.xyz", &b"1 2 3\n"[..]), ("a.tif", b"II\x2A\0\x08\0\0\0"), ("a.vol", b"")]
     {
         assert!(opened(&[(name, bytes)]).unwrap().is_none(), "{name}");
     }

@@ -134,10 +134,11 @@ export class Volume {
     const [black, white] = view.shown_range.map((value) => significant(value, 4));
     const slanted = areRight(view.steps_mm) ? "" : " The axes of the grid are not at right angles: slices are drawn as if they were.";
     setText(byId("volume-note"), `${view.size.map(count).join(" × ")} samples, ${smoothed}, black ${black} to white ${white}; line at the threshold ${significant(view.threshold, 5)}; ${faces.join("; ") || "no face"}.${slanted}`);
-    const { forbidden, case8_unpaired: unpaired, c1, c2, why, left_out: leftOut } = view.grid;
+    const { forbidden, case8_unpaired: unpaired, c1, c2, why, left_out: leftOut, near_missing: gaps } = view.grid;
     const found = `${count(forbidden)} forbidden cells, ${count(unpaired)} of case 8 without a partner, ${count(c1)} C1, ${count(c2)} C2`;
+    const open = gaps > 0 ? ` Open: ${count(gaps)} cells of the surface lie beside samples without a value.` : "";
     const more = leftOut > 0 ? ` ${count(leftOut)} more are not listed.` : "";
-    setText(byId("volume-grid"), `Grid: ${found}. ${why.charAt(0).toUpperCase()}${why.slice(1)}.${more}`);
+    setText(byId("volume-grid"), `Grid: ${found}. ${why.charAt(0).toUpperCase()}${why.slice(1)}.${open}${more}`);
     byId("volume-grid").classList.toggle("bad", view.grid.contradicted);
   }
 

@@ -316,6 +316,7 @@ async fn a_volume_is_looked_at_slice_by_slice() {
             case8_unpaired: 0,
             c1: 0,
             c2: 0,
+            near_missing: 3,
             cells: vec![CellView {
                 kind: CellKind::Forbidden,
                 at: [0.5; 3],
