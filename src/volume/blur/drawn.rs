@@ -171,7 +171,9 @@ mod tests {
         let one: f64 = drawn.with(BASE).iter().map(|of| of.sums[0]).sum();
         let known: f64 = drawn.blocks.iter().map(|block| block.area).sum();
         let by_drawn = one / known * drawn.total;
-        let all = super::super::total_variation(&samples, BASE.sigmas()[0]);
+        let blurred = super::super::total_variation(&samples, BASE.sigmas()[0]);
+        let whole = Variations { scale: BASE, sums: [blurred, 0.0, 0.0] };
+        let all = whole.with_rims(super::super::rims::rims(&samples)).sums[0];
         assert!((by_drawn - all).abs() < 3.0 * u, "{by_drawn} {all} {u}");
         let mesh = crate::marching_cubes(&samples, crate::Ambiguity::Paired, &crate::Middles);
         assert!((drawn.total / mesh.area() - 1.0).abs() < 1e-9);

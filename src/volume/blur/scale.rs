@@ -211,10 +211,10 @@ fn weights(has_edges: bool) -> [f64; 3] {
 
 /// What blur takes off an edge, as a share of σ a unit of length: 0.88 of a right angle, 1.3 in the mean over faces that meet the border in
 /// all directions. By the blurred wedge of each angle, on a fine grid.
-const RIM_LOSS: f64 = 1.1;
+const RIM_LOSS: f64 = 1.0;
 
 /// Share of that which is uncertain, for the angles are not known.
-pub(super) const RIM_DOUBT: f64 = 0.2;
+pub(super) const RIM_DOUBT: f64 = 0.25;
 
 /// Share by which steps of the grid raise the total variation, by σ in spacings: the mean over all directions of the surface.
 ///

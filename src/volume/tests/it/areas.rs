@@ -168,7 +168,7 @@ fn uncertainties_of_small_bodies_hold_their_errors() {
         }
         eprintln!("{} of {:.0}: {:.2} %, {beyond} beyond", body.name, body.area, 100.0 * worst);
         assert!(20 * beyond <= poses + 8, "{} {:.1}: {beyond}", body.name, body.area);
-        assert!(worst < 0.07 || body.name == "cube", "{}: {worst}", body.name);
+        assert!(worst < 0.11 || body.name == "cube", "{}: {worst}", body.name);
     }
 }
 
