@@ -119,11 +119,13 @@ fn welded(points_mm: &[PointMm], triangles: &[[u32; 3]]) -> (Vec<PointMm>, Vec<[
 /// An angle between facets above which the normals would be off by more than medial balls may have.
 const SHARP_RAD: f64 = 0.53;
 
+/// A facet along a side: whether the side runs upwards in it, its normal, and its height over the side in mm.
+type Along = (bool, [f64; 3], f64);
+
 /// The largest angle between facets, and the largest height of an arc over a facet, mm.
 fn bent(points_mm: &[PointMm], triangles: &[[u32; 3]]) -> Result<(f64, f64), NoReach> {
     let place = |corner: u32| points_mm[corner as usize];
-    // By side: for each triangle whether it runs upwards, its normal and its height over the side.
-    let mut sides: BTreeMap<(u32, u32), Vec<(bool, [f64; 3], f64)>> = BTreeMap::new();
+    let mut sides: BTreeMap<(u32, u32), Vec<Along>> = BTreeMap::new();
     for &[a, b, c] in triangles {
         let normal = cross(minus(place(b), place(a)), minus(place(c), place(a)));
         let Some(direction) = unit(normal) else { continue };

@@ -127,8 +127,8 @@ pub(super) fn of(
     let volume_mm3 = VolumeMeasure {
         value: by.voxels,
         with_missing: missing
-            .is_some()
-            .then(|| by.voxels + voxel_mm3 * opened.levels.missing as f64),
+            .as_ref()
+            .map(|_| by.voxels + voxel_mm3 * opened.levels.missing as f64),
         low: bounds.map(|bounds| bounds.low * voxel_mm3),
         high: bounds.map(|bounds| bounds.high * voxel_mm3),
         u: (is_cubic && cells.near_missing == 0)

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::figures::VolumeReport;
-use super::measures::AreaMeasure;
+use super::figures::{MeshFigures, VolumeReport};
+use super::measures::{AreaMeasure, VolumeMeasure};
 use super::nominal::NominalFigures;
 use crate::cli::summary::short;
 
@@ -57,7 +57,21 @@ pub(super) fn of(report: &VolumeReport) -> String {
         );
         line("", value);
     }
-    let measure = &report.measures.volume_mm3;
+    let measures = &report.measures;
+    for (name, value) in
+        of_volume(&measures.volume_mm3).into_iter().chain(of_area(&measures.area_mm2))
+    {
+        line(name, value);
+    }
+    line("mesh", of_mesh(&report.mesh));
+    for reason in &report.reasons {
+        line("note", reason.clone());
+    }
+    text
+}
+
+/// Lines for the volume.
+fn of_volume(measure: &VolumeMeasure) -> Vec<(&'static str, String)> {
     let mut value = match measure.with_missing {
         Some(most) => format!(
             "{} to {} mm³, with missing samples as background and as material",
@@ -70,40 +84,30 @@ pub(super) fn of(report: &VolumeReport) -> String {
         let _ = write!(value, ", u {} mm³ from the place of the grid", short(u));
     }
     value.push_str(&certainly(measure.low, measure.high));
-    line("V", value);
+    let mut lines = vec![("V", value)];
     if let Some([low, high]) = measure.at_threshold_moved {
-        line(
-            "",
-            format!(
-                "{} and {} mm³ at the threshold − 1 % and + 1 % of the contrast",
-                short(low),
-                short(high)
-            ),
-        );
+        let [low, high] = [low, high].map(short);
+        let value =
+            format!("{low} and {high} mm³ at the threshold − 1 % and + 1 % of the contrast");
+        lines.push(("", value));
     }
-    for (name, value) in of_area(&report.measures.area_mm2) {
-        line(name, value);
-    }
-    let mesh = &report.mesh;
+    lines
+}
+
+/// The mesh, and whether it is closed.
+fn of_mesh(mesh: &MeshFigures) -> String {
     let kind = match (mesh.closed, mesh.borders) {
         (true, _) => ", closed".to_owned(),
         (false, borders) => format!(", OPEN with {borders} borders, {} sides", mesh.border_sides),
     };
-    line(
-        "mesh",
-        format!(
-            "{}: {} vertices, {} triangles, Euler number {}{kind}{}",
-            mesh.method,
-            mesh.vertices,
-            mesh.triangles,
-            mesh.euler,
-            if mesh.oriented { " and oriented" } else { ", NOT oriented" }
-        ),
-    );
-    for reason in &report.reasons {
-        line("note", reason.clone());
-    }
-    text
+    format!(
+        "{}: {} vertices, {} triangles, Euler number {}{kind}{}",
+        mesh.method,
+        mesh.vertices,
+        mesh.triangles,
+        mesh.euler,
+        if mesh.oriented { " and oriented" } else { ", NOT oriented" }
+    )
 }
 
 /// Lines for the area.
