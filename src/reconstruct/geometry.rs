@@ -1,6 +1,6 @@
 //! Vectors and boxes in space.
 
-pub(crate) use asphera_geometry::vector::{cross, dot, minus};
+pub(crate) use asphera_geometry::vector::{cross, dot, minus, plus};
 use asphera_geometry::{BoxMm, PointMm};
 
 #[inline(always)]

@@ -1,11 +1,13 @@
 //! The star of a point: its Voronoi cell cut by its tangent plane, ties and near ties by the rule of [`super::vote`].
 
+use asphera_geometry::PointMm;
+
 use super::near_lists::NearLists;
 use super::normals::{Places as _, TangentPlane};
 use super::place_tree::PlaceTree;
 use super::stars::Stars;
 use super::vote::{basis, diagonal};
-use crate::geometry::{cross, dot, minus, squared};
+use crate::geometry::{cross, dot, minus, plus, squared};
 use crate::neighbours::Near;
 
 /// Stands in a star where two neighbours have no facet between them.
@@ -39,6 +41,8 @@ pub(super) struct Room {
     wider: Vec<Near>,
     /// Points whose planes were asked for.
     asked: Vec<u32>,
+    /// What may touch the cell lies in one of these balls: middles, and squares of radii, mm².
+    balls: Vec<(PointMm, f64)>,
     cell: Vec<Corner>,
     next: Vec<Corner>,
     /// Half-planes that have cut the cell; the first is the border of what is looked at.
@@ -107,15 +111,27 @@ impl Maker<'_> {
             let radius = (2.0 * widest.sqrt()).min(reach) * (1.0 + 1e-9);
             sight_mm2 = radius * radius;
             // What can neither cut the cell nor nearly touch it now cannot later: the cell only shrinks.
-            let known = near.len();
-            self.tree.gather_within(place, radius, &mut near);
-            let counts = |own: &Near| (own.1 != at) && is_near(&room.cell, half(own));
-            let nearest = &near[..known];
-            room.wider.clear();
-            room.wider.extend(near[known..].iter().filter(|own| counts(own)));
-            room.wider.retain(|own| !nearest.iter().any(|other| other.1 == own.1));
-            room.wider.sort_unstable_by(|a, b| self.tree.order(a, b));
-            let wider = std::mem::take(&mut room.wider);
+            let mut wider = std::mem::take(&mut room.wider);
+            wider.clear();
+            room.balls.clear();
+            let far = room.cell.iter().filter(|corner| TOUCHING * corner.square > seen);
+            // More than the rounding of what is near.
+            let margin_mm = place.iter().fold(reach, |most, side| most.max(side.abs())) * 1e-14;
+            room.balls.extend(far.map(|corner| {
+                let middle = plus(plus(place, corner.x, along), corner.y, across);
+                let radius = (NEARLY_WITHIN * corner.square).sqrt() * (1.0 + 1e-7) + margin_mm;
+                (middle, radius * radius)
+            }));
+            self.tree.gather_in_balls(&room.balls, &mut |other| {
+                let square = squared(place, points_mm[other as usize]);
+                let own = (square, other);
+                let is_known =
+                    || other == at || square <= seen && near.iter().any(|near| near.1 == other);
+                if square <= sight_mm2 && is_near(&room.cell, half(&own)) && !is_known() {
+                    wider.push(own);
+                }
+            });
+            wider.sort_unstable_by(|a, b| self.tree.order(a, b));
             cut_all(room, wider.iter().map(half), reach);
             room.wider = wider;
         }
@@ -203,9 +219,8 @@ impl Rule<'_> {
     }
 
     fn has_edge(&mut self, over: u32, sides: [u32; 2]) -> Option<bool> {
-        self.asked.extend([over, sides[0], sides[1]]);
         let Maker { tree, planes, .. } = self.maker;
-        diagonal(tree.points_mm(), planes, self.at, over, sides)
+        diagonal(tree.points_mm(), planes, [self.at, over], sides, self.asked)
     }
 }
 
@@ -215,13 +230,14 @@ fn wrapped(index: usize, len: usize) -> usize {
     if index < len { index } else { index - len }
 }
 
-/// A square about the point, beyond what it looks at.
+/// A square about the point and the circle that its facets may have.
 fn start(room: &mut Room, reach: f64) {
     room.sides.clear();
     room.sides.push(Half { of: GAP, ..Half::default() });
     let corners = [(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)];
+    let side = reach / 2.0 * (1.0 + 1e-9);
     room.cell.clear();
-    room.cell.extend(corners.map(|(x, y)| Corner::new(x * reach, y * reach, 0)));
+    room.cell.extend(corners.map(|(x, y)| Corner::new(x * side, y * side, 0)));
 }
 
 /// Cuts the cell until the next neighbours are too far to matter; the square of its radius, as far as it counts.
@@ -304,5 +320,10 @@ fn is_near_tie(q: Half, r: Half, s: Half, limit: f64) -> bool {
 
 /// Of the square of a circle's radius: within it a point nearly lies on the circle.
 const NEAR_TIE: f64 = 0.3;
+/// The square of the distance of a point that nearly touches a corner, of that of the corner, is at most (1 + √(1 + 2·[`NEAR_TIE`]))²:
+/// a little less than this.
+const TOUCHING: f64 = 5.2;
+/// The square of its distance from the corner is at most 1 + 2·[`NEAR_TIE`], of that of the corner.
+const NEARLY_WITHIN: f64 = 1.0 + 2.0 * NEAR_TIE;
 /// A star of more flips is left as it is; its facets then do not agree.
 const MOST_FLIPS: u32 = 32;

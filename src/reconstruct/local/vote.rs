@@ -1,8 +1,11 @@
 //! Which diagonal four points nearly on one circle have: the one rule that all of them share.
 //!
-//! The four are looked at in the mean of their tangent planes. There the cell structure of space decides as a circle does, with
-//! heights as weights. Ties and what rounding leaves open fall by coordinates: the diagonal that avoids the last of the four, as
-//! the mesh in the plane has it (O. Devillers, M. Teillaud, doi:10.1016/j.comgeo.2010.09.010).
+//! Four points that are nearly flat decide alone: in the plane along both diagonals, where the ends of a diagonal are equally high, a
+//! circle decides. Four that are bent, as across a sharp edge, are compared in the mean of their tangent planes. There the cell structure
+//! of space decides as a circle does, with heights as weights. Ties and what rounding leaves open fall by coordinates: the diagonal that
+//! avoids the last of the four, as the mesh in the plane has it (O. Devillers, M. Teillaud, doi:10.1016/j.comgeo.2010.09.010).
+
+use std::cmp::Ordering;
 
 use asphera_geometry::PointMm;
 
@@ -10,16 +13,36 @@ use super::normals::TangentPlane;
 use crate::geometry::{cross, dot, minus, unit};
 use crate::neighbours::by_coordinates;
 
+/// A convex quadrilateral of four points in the order of their coordinates: by places where it is flat.
+enum Shape {
+    Flat(bool),
+    Open,
+    Bent,
+}
+
 /// Whether the diagonal from the first of four points runs to the second; `None` where the four make no convex quadrilateral.
 ///
-/// The answer is a function of the four alone: whoever asks, the edge is the same.
+/// The answer is a function of the four alone: whoever asks, the edge is the same. `asked` is called with the numbers of the four where
+/// their planes were asked for.
 pub(super) fn diagonal(
     points_mm: &[PointMm],
     planes: &[Option<TangentPlane>],
-    own: u32,
-    over: u32,
+    [own, over]: [u32; 2],
     sides: [u32; 2],
+    asked: &mut impl Extend<u32>,
 ) -> Option<bool> {
+    let in_order = |one: u32, other: u32| {
+        let [one, other] = [one, other].map(|at| points_mm[at as usize]);
+        if by_coordinates(one, other).is_gt() { [other, one] } else { [one, other] }
+    };
+    let (ask, across) = (in_order(own, over), in_order(sides[0], sides[1]));
+    let is_first = by_coordinates(ask[0], across[0]).is_lt();
+    let shape = if is_first { flat(ask, across) } else { flat(across, ask) };
+    match shape {
+        Shape::Flat(has_first) => return Some(has_first == is_first),
+        Shape::Open => return None,
+        Shape::Bent => asked.extend([over, sides[0], sides[1]]),
+    }
     let mut four = [own, over, sides[0], sides[1]];
     four.sort_unstable_by(|&a, &b| by_coordinates(points_mm[a as usize], points_mm[b as usize]));
     let places = four.map(|at| points_mm[at as usize]);
@@ -29,6 +52,40 @@ pub(super) fn diagonal(
     }
     let ends = ends(places, normals)?.map(|end| four[end]);
     Some(ends.contains(&own) && ends.contains(&over))
+}
+
+/// The shape of a quadrilateral by its diagonals. Each runs in the order of coordinates; the first has the smallest.
+fn flat([a, c]: [PointMm; 2], [b, d]: [PointMm; 2]) -> Shape {
+    let Some(up) = unit(cross(minus(c, a), minus(d, b))) else { return Shape::Bent };
+    let height = dot(minus(b, a), up);
+    // Ways from the ends of the second diagonal to those of the first, at one height.
+    let flat = |from: PointMm, to: PointMm| {
+        let way = minus(to, from);
+        [0, 1, 2].map(|axis| way[axis] + height * up[axis])
+    };
+    let (b_a, b_c, d_a, d_c) = (flat(b, a), flat(b, c), flat(d, a), flat(d, c));
+    let size = [b_a, b_c, d_a, d_c].map(|way| dot(way, way)).into_iter().fold(0.0, f64::max);
+    if height * height > BENT * size {
+        return Shape::Bent;
+    }
+    let turn = |one: PointMm, other: PointMm| dot(cross(one, other), up);
+    let corners = [turn(d_a, b_a), turn(b_a, b_c), turn(b_c, d_c), turn(d_c, d_a)];
+    if !corners.iter().all(|&at| at > 0.0) && !corners.iter().all(|&at| at < 0.0) {
+        return Shape::Open;
+    }
+    // The angles at b and d are 180° together where all four lie on a circle, and less where the first diagonal divides them.
+    let sine = corners[1].abs() * dot(d_a, d_c) + corners[3].abs() * dot(b_a, b_c);
+    if sine.abs() <= rounding([a, b, c, d], size) {
+        return Shape::Flat(by_coordinates(c, d) == Ordering::Less);
+    }
+    Shape::Flat(sine > 0.0)
+}
+
+/// What of the fourth power of a length counts as a tie.
+fn rounding(places: [PointMm; 4], square: f64) -> f64 {
+    let values = places.as_flattened();
+    let coordinate = values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    TIE * square * square + 64.0 * f64::EPSILON * coordinate * square * square.sqrt()
 }
 
 /// Which two of four points, in the order of their coordinates, the dividing edge joins.
@@ -73,9 +130,7 @@ fn ends(places: [PointMm; 4], mut normals: [PointMm; 4]) -> Option<[usize; 2]> {
     let det = lift[i] * turn(k, j) + lift[k] * turn(j, i) + lift[j] * turn(i, k);
     let area = turn(i, k) + turn(k, j) + turn(j, i);
     let size = flat.iter().map(|[x, y, z]| x * x + y * y + z * z).fold(0.0, f64::max);
-    let coordinate =
-        places.as_flattened().iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-    let noise = TIE * size * size + 64.0 * f64::EPSILON * coordinate * size * size.sqrt();
+    let noise = rounding(places, size);
     let encloses = if area > 0.0 { det } else { -det };
     // `true`: the first lies in the circle of the other three, and the diagonal runs from it.
     let from_first = if encloses.abs() <= noise { k != 3 } else { encloses > 0.0 };
@@ -102,3 +157,5 @@ pub(crate) fn basis(up: PointMm) -> PointMm {
 
 /// Of the fourth power of the size: what counts as a tie.
 const TIE: f64 = 1e-11;
+/// Of the square of the longest side: the square of the distance of the diagonals of a bent quadrilateral.
+const BENT: f64 = 0.0005;

@@ -66,6 +66,30 @@ impl PlaceTree {
         true
     }
 
+    /// Calls with every point of leaves that reach into one of some balls, given as middles and squares of radii, mm².
+    pub(in crate::local) fn gather_in_balls(
+        &self,
+        balls: &[(PointMm, f64)],
+        found: &mut impl FnMut(u32),
+    ) {
+        let meets = |node: u32| {
+            let bounds = &self.nodes[node as usize].bounds;
+            balls.iter().any(|&(middle, square)| bounds.squared_distance_mm2(middle) <= square)
+        };
+        let mut waiting: Vec<u32> = Vec::with_capacity(64);
+        waiting.push(ROOT);
+        while let Some(node) = waiting.pop() {
+            match self.nodes[node as usize].content {
+                Content::Leaf { block, len } => {
+                    self.blocks[block as usize][..len as usize].iter().for_each(|&at| found(at));
+                }
+                Content::Split { low, high, .. } => {
+                    waiting.extend([low, high].into_iter().filter(|&half| meets(half)));
+                }
+            }
+        }
+    }
+
     fn collect(&self, node: u32, place: PointMm, limit: f64, found: &mut Vec<Near>) {
         let Node { bounds, content, .. } = &self.nodes[node as usize];
         if gap(&BoxMm { low: place, high: place }, bounds) * (1.0 - MARGIN) > limit {
