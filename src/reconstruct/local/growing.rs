@@ -34,6 +34,8 @@ pub struct LocalSurface {
     pub(super) planes: Vec<Option<TangentPlane>>,
     /// For each point the square of the distance of the farthest plane that its star asked for, mm²; below 0 where none was.
     asked_mm2: Vec<f64>,
+    /// Whether a star has asked for the plane of a point. Few do: where four points are bent.
+    is_asked: Vec<bool>,
     /// For a point those that asked for its plane without being among its nearest.
     strangers: HashMap<u32, Vec<u32>>,
     pub(super) stars: Stars,
@@ -206,6 +208,7 @@ impl LocalSurface {
         let new = before..self.tree.len() as u32;
         self.planes.resize(self.tree.len(), None);
         self.asked_mm2.resize(self.tree.len(), -1.0);
+        self.is_asked.resize(self.tree.len(), false);
         self.stars.grow(self.tree.len());
         doubts.planes.extend(new.clone());
         self.listed.add(&mut doubts.stars, new);
@@ -237,8 +240,10 @@ impl LocalSurface {
         if is_changed || !is_whole || !normals::is_of_nearest(self.planes[at as usize], far_mm2) {
             doubts.planes.push(at);
         }
-        // They asked for this plane and are no more told by the list: they ask again.
-        self.listed.add(&mut doubts.stars, lost);
+        if self.is_asked[at as usize] {
+            // They asked for this plane and are no more told by the list: they ask again.
+            self.listed.add(&mut doubts.stars, lost);
+        }
     }
 
     /// Fits the planes in doubt; gives the stars in doubt and, first, the points whose planes changed.
@@ -268,7 +273,7 @@ impl LocalSurface {
             let sights = points.iter().zip(&fits).map(|(&at, fit)| (at, fit.sight_mm2));
             self.tree.set_sights(Sight::Plane, sights);
         }
-        for &at in &changed {
+        for &at in changed.iter().filter(|&&at| self.is_asked[at as usize]) {
             let place = self.tree.points_mm()[at as usize];
             let strangers = self.strangers.remove(&at).unwrap_or_default();
             let listening = self.near.of(at).iter().copied().chain(strangers);
@@ -306,10 +311,13 @@ impl LocalSurface {
             self.tree.set_sights(Sight::Star, sights);
             for (&at, star) in points.iter().zip(made) {
                 self.asked_mm2[at as usize] = star.asked_mm2;
-                for other in star.strangers {
-                    let listening = self.strangers.entry(other).or_default();
-                    if !listening.contains(&at) {
-                        listening.push(at);
+                for other in star.asked {
+                    self.is_asked[other as usize] = true;
+                    if !self.near.has(other, at) {
+                        let listening = self.strangers.entry(other).or_default();
+                        if !listening.contains(&at) {
+                            listening.push(at);
+                        }
                     }
                 }
                 if let Some(ring) = star.ring {

@@ -3,6 +3,8 @@
 //! New points ask leaf by leaf: what may be near to any point of a leaf is gathered once. An earlier point takes a new one into its
 //! list where it is nearer than the last. Of equal distances the smaller coordinates come first, so that lists depend on places alone.
 
+use asphera_geometry::PointMm;
+
 use super::normals::{NEAREST, Places as _};
 use super::place_tree::{NewInLeaf, PlaceTree};
 use crate::geometry::squared;
@@ -19,6 +21,8 @@ pub(super) struct NearLists {
 pub(super) struct Room {
     radius_mm: f64,
     gathered: Vec<u32>,
+    /// Places of the gathered points.
+    places_mm: Vec<PointMm>,
     found: Vec<Near>,
 }
 
@@ -63,22 +67,30 @@ impl NearLists {
     ) -> bool {
         let points = tree.points_mm();
         let place = points[at as usize];
-        let with_square = |other: u32| (squared(place, points[other as usize]), other);
+        let list = &mut self.lists[at as usize];
+        let mut len = list.iter().position(|&other| other == NONE).unwrap_or(NEAREST);
+        let mut squares_mm2 = [f64::INFINITY; NEAREST];
+        for (square, &other) in squares_mm2.iter_mut().zip(&list[..len]) {
+            *square = squared(place, points[other as usize]);
+        }
         let mut is_changed = false;
         for other in new {
-            let own = with_square(other);
-            let list = &mut self.lists[at as usize];
-            let len = list.iter().position(|&other| other == NONE).unwrap_or(NEAREST);
-            let to =
-                list[..len].partition_point(|&held| tree.order(&with_square(held), &own).is_lt());
+            let own = (squared(place, points[other as usize]), other);
+            let is_before = |at: usize| tree.order(&own, &(squares_mm2[at], list[at])).is_lt();
+            let mut to = len;
+            while to > 0 && is_before(to - 1) {
+                to -= 1;
+            }
             if to == NEAREST {
                 continue;
             }
-            if list[NEAREST - 1] != NONE {
+            if len == NEAREST {
                 lost.push(list[NEAREST - 1]);
             }
-            list[to..].rotate_right(1);
-            list[to] = other;
+            len = NEAREST.min(len + 1);
+            list.copy_within(to..len - 1, to + 1);
+            squares_mm2.copy_within(to..len - 1, to + 1);
+            (squares_mm2[to], list[to]) = own;
             is_changed = true;
         }
         is_changed
@@ -118,10 +130,20 @@ pub(super) fn ask_together(
             radius *= 2.0;
             continue;
         }
+        let points = tree.points_mm();
+        room.places_mm.clear();
+        room.places_mm.extend(room.gathered.iter().map(|&other| points[other as usize]));
         // Of the point that is worst off.
         let mut farthest_mm2: f64 = 0.0;
+        let mut limit_mm2 = f64::INFINITY;
         for at in new.from..new.to {
-            let (list, far_mm2) = select(tree, at, room);
+            let (list, far_mm2) = select(tree, at, limit_mm2, room);
+            if at + 1 < new.to && room.found.len() == NEAREST {
+                // The next one has as many about it: those of this one and this one itself.
+                let [place, next] = [at, at + 1].map(|at| tree.points_mm()[at as usize]);
+                let reach_mm = far_mm2.sqrt() + squared(place, next).sqrt();
+                limit_mm2 = reach_mm * reach_mm * (1.0 + 1e-9);
+            }
             farthest_mm2 = farthest_mm2.max(far_mm2);
             lists.push(list);
         }
@@ -134,13 +156,20 @@ pub(super) fn ask_together(
     }
 }
 
-/// The nearest of what was gathered, and the square of the distance of the last, mm².
-fn select(tree: &PlaceTree, at: u32, room: &mut Room) -> ([u32; NEAREST], f64) {
+/// The nearest of what was gathered, none of them farther than a limit, and the square of the distance of the last, mm².
+fn select(tree: &PlaceTree, at: u32, limit_mm2: f64, room: &mut Room) -> ([u32; NEAREST], f64) {
     let points = tree.points_mm();
     let place = points[at as usize];
     room.found.clear();
-    let others = room.gathered.iter().filter(|&&other| other != at);
-    room.found.extend(others.map(|&other| (squared(place, points[other as usize]), other)));
+    // Written first and counted then: what is near is in no order that a processor could foresee.
+    room.found.resize(room.gathered.len(), (0.0, 0));
+    let mut count = 0;
+    for (&other, &point) in room.gathered.iter().zip(&room.places_mm) {
+        let square = squared(place, point);
+        room.found[count] = (square, other);
+        count += usize::from(square <= limit_mm2 && other != at);
+    }
+    room.found.truncate(count);
     if room.found.len() > NEAREST {
         room.found.select_nth_unstable_by(NEAREST - 1, |a, b| tree.order(a, b));
         room.found.truncate(NEAREST);
@@ -159,7 +188,6 @@ const NONE: u32 = u32::MAX;
 
 #[cfg(test)]
 mod tests {
-    use asphera_geometry::PointMm;
     use rand_core::{Rng as _, SeedableRng as _};
     use rand_pcg::Pcg64;
 

@@ -30,8 +30,8 @@ pub(super) struct Star {
     pub(super) sight_mm2: f64,
     /// The square of the distance of the farthest point whose plane was asked for, mm²; below 0 where none was.
     pub(super) asked_mm2: f64,
-    /// Points whose planes were asked for and which do not have this one among their nearest.
-    pub(super) strangers: Vec<u32>,
+    /// Points whose planes were asked for.
+    pub(super) asked: Vec<u32>,
 }
 
 /// Memory of a thread between stars.
@@ -49,6 +49,8 @@ pub(super) struct Room {
     sides: Vec<Half>,
     near_ties: Vec<Half>,
     ring: Vec<Half>,
+    /// Near ties, and the sides of the ring after which they may stand, by number.
+    gaps: Vec<(usize, usize)>,
 }
 
 /// A half-plane of the cell: x·a + y·b ≤ offset.
@@ -88,7 +90,7 @@ impl Maker<'_> {
     pub(super) fn star(&self, at: u32, room: &mut Room) -> Star {
         let Some(plane) = self.planes[at as usize] else {
             let ring = (!self.stars.has_ring(at, std::iter::empty())).then(Box::default);
-            return Star { ring, sight_mm2: -1.0, asked_mm2: -1.0, strangers: Vec::new() };
+            return Star { ring, sight_mm2: -1.0, asked_mm2: -1.0, asked: Vec::new() };
         };
         let points_mm = self.tree.points_mm();
         let along = basis(plane.normal);
@@ -124,10 +126,13 @@ impl Maker<'_> {
             }));
             self.tree.gather_in_balls(&room.balls, &mut |other| {
                 let square = squared(place, points_mm[other as usize]);
+                // Nearer ones are known, and this point itself.
+                if square < seen || square > sight_mm2 || other == at {
+                    return;
+                }
                 let own = (square, other);
-                let is_known =
-                    || other == at || square <= seen && near.iter().any(|near| near.1 == other);
-                if square <= sight_mm2 && is_near(&room.cell, half(&own)) && !is_known() {
+                let is_known = square == seen && near.iter().any(|near| near.1 == other);
+                if !is_known && is_near(&room.cell, half(&own)) {
                     wider.push(own);
                 }
             });
@@ -143,9 +148,7 @@ impl Maker<'_> {
         room.asked.dedup();
         let squares = room.asked.iter().map(|&other| squared(place, points_mm[other as usize]));
         let asked_mm2 = squares.fold(-1.0, f64::max);
-        let is_stranger = |other: &u32| !self.near.has(*other, at);
-        let strangers = room.asked.iter().copied().filter(is_stranger).collect();
-        Star { ring, sight_mm2, asked_mm2, strangers }
+        Star { ring, sight_mm2, asked_mm2, asked: room.asked.clone() }
     }
 
     /// The ring of neighbours, with near ties settled.
@@ -162,7 +165,7 @@ impl Maker<'_> {
             ring.push(side);
             before = side.of;
         }
-        let mut rule = Rule { maker: self, at, asked: &mut room.asked };
+        let mut rule = Rule { maker: self, at, asked: &mut room.asked, gaps: &mut room.gaps };
         for _ in 0..MOST_FLIPS {
             if !rule.remove_one(limit, ring) && !rule.insert_one(limit, ring, &room.near_ties) {
                 return;
@@ -176,6 +179,7 @@ struct Rule<'a> {
     maker: &'a Maker<'a>,
     at: u32,
     asked: &'a mut Vec<u32>,
+    gaps: &'a mut Vec<(usize, usize)>,
 }
 
 impl Rule<'_> {
@@ -185,7 +189,9 @@ impl Rule<'_> {
         for index in 0..len {
             let middle = wrapped(index + 1, len);
             let (q, r, s) = (ring[index], ring[middle], ring[wrapped(middle + 1, len)]);
-            if len < 4 || [q.of, r.of, s.of].contains(&GAP) || !is_near_tie(q, r, s, limit) {
+            let is_near_tie =
+                || corner_within(q, s, limit).is_some_and(|corner| touches(r, corner));
+            if len < 4 || [q.of, r.of, s.of].contains(&GAP) || !is_near_tie() {
                 continue;
             }
             if self.has_edge(r.of, [q.of, s.of]) == Some(false) {
@@ -198,21 +204,30 @@ impl Rule<'_> {
 
     /// Takes a neighbour into the ring whose edge the rule asks for.
     fn insert_one(&mut self, limit: f64, ring: &mut Vec<Half>, near_ties: &[Half]) -> bool {
-        let len = ring.len();
-        for &tie in near_ties {
-            if ring.iter().any(|half| half.of == tie.of) {
+        self.gaps.clear();
+        for index in 0..ring.len() {
+            let (q, r) = (ring[index], ring[wrapped(index + 1, ring.len())]);
+            let Some(corner) = corner_within(q, r, limit).filter(|_| q.of != GAP && r.of != GAP)
+            else {
                 continue;
-            }
-            for index in 0..len {
-                let (q, r) = (ring[index], ring[wrapped(index + 1, len)]);
+            };
+            for (number, tie) in near_ties.iter().enumerate() {
                 let is_between = q.x * tie.y > q.y * tie.x && tie.x * r.y > tie.y * r.x;
-                if q.of == GAP || r.of == GAP || !is_between || !is_near_tie(q, tie, r, limit) {
-                    continue;
+                if is_between && touches(*tie, corner) {
+                    self.gaps.push((number, index));
                 }
-                if self.has_edge(tie.of, [q.of, r.of]) == Some(true) {
-                    ring.insert(index + 1, tie);
-                    return true;
-                }
+            }
+        }
+        // Ties in their order: the nearest first.
+        self.gaps.sort_unstable();
+        for at in 0..self.gaps.len() {
+            let (number, index) = self.gaps[at];
+            let tie = near_ties[number];
+            let sides = [ring[index].of, ring[wrapped(index + 1, ring.len())].of];
+            let is_there = ring.iter().any(|half| half.of == tie.of);
+            if !is_there && self.has_edge(tie.of, sides) == Some(true) {
+                ring.insert(index + 1, tie);
+                return true;
             }
         }
         false
@@ -306,16 +321,23 @@ fn cut(room: &mut Room, half: Half) -> bool {
     true
 }
 
-/// Whether the middle one of three neighbours nearly touches the corner of the cell that the other two make.
-fn is_near_tie(q: Half, r: Half, s: Half, limit: f64) -> bool {
+/// The corner that two neighbours in their order make, with the square of its distance, where that is within a limit.
+#[inline(always)]
+fn corner_within(q: Half, s: Half, limit: f64) -> Option<[f64; 3]> {
     let turn = q.x * s.y - q.y * s.x;
     if turn <= 0.0 {
-        return false;
+        return None;
     }
     let x = (q.offset * s.y - s.offset * q.y) / turn;
     let y = (q.x * s.offset - s.x * q.offset) / turn;
     let square = x * x + y * y;
-    square <= limit && (x * r.x + y * r.y - r.offset).abs() <= NEAR_TIE * square
+    (square <= limit).then_some([x, y, square])
+}
+
+/// Whether a neighbour nearly touches a corner.
+#[inline(always)]
+fn touches(r: Half, [x, y, square]: [f64; 3]) -> bool {
+    (x * r.x + y * r.y - r.offset).abs() <= NEAR_TIE * square
 }
 
 /// Of the square of a circle's radius: within it a point nearly lies on the circle.

@@ -61,34 +61,40 @@ impl Stars {
         self.rings[at as usize].iter().map(|&entry| neighbour(entry)).eq(ring)
     }
 
-    /// Puts a new ring in place of one, without marks. Facets that were marked in it are appended.
-    pub(super) fn replace(&mut self, at: u32, ring: Box<[u32]>, marked: &mut Vec<Facet>) {
-        let old = std::mem::replace(&mut self.rings[at as usize], ring);
-        marked.extend(marks(&old).map(|[q, r]| sorted([at, q, r])));
+    /// Puts a new ring in place of one. Facets that were marked there and are in it no more are appended.
+    pub(super) fn replace(&mut self, at: u32, mut ring: Box<[u32]>, lost: &mut Vec<Facet>) {
+        let own = &mut self.rings[at as usize];
+        for [q, r] in marks(own) {
+            match slot(&ring, q, r) {
+                Some(at) => ring[at] |= MARK,
+                None => lost.push(sorted([at, q, r])),
+            }
+        }
+        *own = ring;
     }
 
-    /// Settles marks after rings of some points, in ascending order, have changed. `marked` are the facets that were marked there.
-    pub(super) fn agree(&mut self, changed: &[u32], mut marked: Vec<Facet>) -> Exchange {
-        marked.sort_unstable();
-        marked.dedup();
-        for &facet in &marked {
+    /// Settles marks after rings of some points have changed. `lost` are the facets that these are without now.
+    pub(super) fn agree(&mut self, changed: &[u32], mut lost: Vec<Facet>) -> Exchange {
+        lost.sort_unstable();
+        lost.dedup();
+        for &facet in &lost {
             self.mark(facet, false);
         }
         let rings = &self.rings;
         let is_all = changed.len() == rings.len();
-        // Found from the first corner that changed.
-        let is_later =
-            |p: u32, other: u32| other > p || !is_all && changed.binary_search(&other).is_err();
         let find = |found: &mut Vec<Facet>, p: u32| {
             let ring = &rings[p as usize];
-            for at in 0..ring.len() {
-                let (q, r) = (neighbour(ring[at]), neighbour(ring[(at + 1) % ring.len()]));
+            // In a ring of two both pairs are one facet.
+            let pairs = if ring.len() == 2 { 1 } else { ring.len() };
+            for at in (0..pairs).filter(|&at| ring[at] & MARK == 0) {
+                let (q, r) =
+                    (ring[at], neighbour(ring[if at + 1 < ring.len() { at + 1 } else { 0 }]));
                 let is_facet = q != GAP && r != GAP && q != r;
+                let is_first = !is_all || p < q && p < r;
                 if is_facet
+                    && is_first
                     && slot(&rings[q as usize], p, r).is_some()
                     && slot(&rings[r as usize], p, q).is_some()
-                    && is_later(p, q)
-                    && is_later(p, r)
                 {
                     found.push(sorted([p, q, r]));
                 }
@@ -109,7 +115,7 @@ impl Stars {
         for &facet in &found {
             self.mark(facet, true);
         }
-        Exchange::of(found, marked)
+        Exchange { added: found, removed: lost }
     }
 
     fn mark(&mut self, facet: Facet, is_marked: bool) {
@@ -164,10 +170,13 @@ fn marks(ring: &[u32]) -> impl Iterator<Item = [u32; 2]> + '_ {
 
 /// Where two neighbours follow each other in a ring, whichever is first.
 fn slot(ring: &[u32], a: u32, b: u32) -> Option<usize> {
-    (0..ring.len()).find(|&at| {
-        let pair = [neighbour(ring[at]), neighbour(ring[(at + 1) % ring.len()])];
-        pair == [a, b] || pair == [b, a]
-    })
+    let mut before = ring.iter().position(|&entry| neighbour(entry) == a)?;
+    let next = if before + 1 < ring.len() { before + 1 } else { 0 };
+    if neighbour(ring[next]) == b {
+        return Some(before);
+    }
+    before = if before > 0 { before } else { ring.len() } - 1;
+    (neighbour(ring[before]) == b).then_some(before)
 }
 
 fn neighbour(entry: u32) -> u32 {

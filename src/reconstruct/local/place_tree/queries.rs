@@ -74,7 +74,9 @@ impl PlaceTree {
     ) {
         let meets = |node: u32| {
             let bounds = &self.nodes[node as usize].bounds;
-            balls.iter().any(|&(middle, square)| bounds.squared_distance_mm2(middle) <= square)
+            balls.iter().any(|&(middle, square)| {
+                gap(&BoxMm { low: middle, high: middle }, bounds) <= square
+            })
         };
         let mut waiting: Vec<u32> = Vec::with_capacity(64);
         waiting.push(ROOT);
