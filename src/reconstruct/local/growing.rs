@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use asphera_geometry::PointMm;
+use asphera_geometry::{BoxMm, PointMm};
 use rayon::prelude::*;
 
 use super::holes::Borders;
@@ -17,7 +17,7 @@ use super::place_tree::{Inserted, NewInLeaf, PlaceTree, Sight};
 use super::star::{self, Maker};
 use super::stars::{Exchange, Facet, Stars, sort, sorted};
 use super::{MOST_POINTS, TooManyPoints};
-use crate::geometry::squared;
+use crate::geometry::{gap, squared};
 use crate::neighbours::Near;
 use crate::surface::{LeftOut, Numbered, as_place};
 
@@ -89,8 +89,11 @@ impl Asked {
         let own = tree.about(new.from..new.to);
         tree.seeing(&NEW_PLACE, &own, &mut |at| {
             let place = points_mm[at as usize];
-            let (any, plane) =
-                (tree.sight_mm2(at, &NEW_PLACE), tree.sight_mm2(at, &[Sight::Plane]));
+            let any = tree.sight_mm2(at, &NEW_PLACE);
+            if gap(&BoxMm { low: place, high: place }, &own) * (1.0 - 1e-12) > any {
+                return;
+            }
+            let plane = tree.sight_mm2(at, &[Sight::Plane]);
             let mut is_seen = false;
             for new in new.from..new.to {
                 let square = squared(place, points_mm[new as usize]);

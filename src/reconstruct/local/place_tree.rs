@@ -12,6 +12,7 @@ use std::cmp::Ordering;
 
 use asphera_geometry::{BoxMm, PointMm};
 
+pub(super) use self::queries::Ball;
 use self::sights::SIGHTS;
 pub(super) use self::sights::Sight;
 use crate::geometry::joined;
@@ -76,7 +77,8 @@ impl PlaceTree {
     /// The nearest first; of equal distances the smaller coordinates.
     #[inline]
     pub(super) fn order(&self, a: &Near, b: &Near) -> Ordering {
-        a.0.total_cmp(&b.0).then_with(|| {
+        // Squares are not negative: they are in the order of their bits.
+        a.0.to_bits().cmp(&b.0.to_bits()).then_with(|| {
             by_coordinates(self.points_mm[a.1 as usize], self.points_mm[b.1 as usize])
         })
     }

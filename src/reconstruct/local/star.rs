@@ -1,13 +1,11 @@
 //! The star of a point: its Voronoi cell cut by its tangent plane, ties and near ties by the rule of [`super::vote`].
 
-use asphera_geometry::PointMm;
-
 use super::near_lists::NearLists;
 use super::normals::{Places as _, TangentPlane};
-use super::place_tree::PlaceTree;
+use super::place_tree::{Ball, PlaceTree};
 use super::stars::Stars;
 use super::vote::{basis, diagonal};
-use crate::geometry::{cross, dot, minus, plus, squared};
+use crate::geometry::{cross, dot, larger, minus, plus, squared};
 use crate::neighbours::Near;
 
 /// Stands in a star where two neighbours have no facet between them.
@@ -42,7 +40,8 @@ pub(super) struct Room {
     /// Points whose planes were asked for.
     asked: Vec<u32>,
     /// What may touch the cell lies in one of these balls: middles, and squares of radii, mm².
-    balls: Vec<(PointMm, f64)>,
+    balls: Vec<Ball>,
+    waiting: Vec<u32>,
     cell: Vec<Corner>,
     next: Vec<Corner>,
     /// Half-planes that have cut the cell; the first is the border of what is looked at.
@@ -124,7 +123,8 @@ impl Maker<'_> {
                 let radius = (NEARLY_WITHIN * corner.square).sqrt() * (1.0 + 1e-7) + margin_mm;
                 (middle, radius * radius)
             }));
-            self.tree.gather_in_balls(&room.balls, &mut |other| {
+            let known = (place, seen);
+            self.tree.gather_in_balls(&room.balls, known, &mut room.waiting, &mut |other| {
                 let square = squared(place, points_mm[other as usize]);
                 // Nearer ones are known, and this point itself.
                 if square < seen || square > sight_mm2 || other == at {
@@ -259,7 +259,7 @@ fn start(room: &mut Room, reach: f64) {
 fn cut_all(room: &mut Room, halves: impl Iterator<Item = Half>, reach: f64) -> f64 {
     let limit = reach * reach / 4.0;
     let widest =
-        |cell: &[Corner]| cell.iter().map(|corner| corner.square).fold(0.0, f64::max).min(limit);
+        |cell: &[Corner]| cell.iter().map(|corner| corner.square).fold(0.0, larger).min(limit);
     let mut radius = widest(&room.cell);
     for half in halves {
         // The neighbour is at twice the radius or farther: with a margin for those that nearly touch.

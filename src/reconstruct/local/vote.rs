@@ -10,7 +10,7 @@ use std::cmp::Ordering;
 use asphera_geometry::PointMm;
 
 use super::normals::TangentPlane;
-use crate::geometry::{cross, dot, minus, unit};
+use crate::geometry::{cross, dot, larger, minus, unit};
 use crate::neighbours::by_coordinates;
 
 /// A convex quadrilateral of four points in the order of their coordinates: by places where it is flat.
@@ -64,7 +64,7 @@ fn flat([a, c]: [PointMm; 2], [b, d]: [PointMm; 2]) -> Shape {
         [0, 1, 2].map(|axis| way[axis] + height * up[axis])
     };
     let (b_a, b_c, d_a, d_c) = (flat(b, a), flat(b, c), flat(d, a), flat(d, c));
-    let size = [b_a, b_c, d_a, d_c].map(|way| dot(way, way)).into_iter().fold(0.0, f64::max);
+    let size = [b_a, b_c, d_a, d_c].map(|way| dot(way, way)).into_iter().fold(0.0, larger);
     if height * height > BENT * size {
         return Shape::Bent;
     }

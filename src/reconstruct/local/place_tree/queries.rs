@@ -3,9 +3,20 @@
 use asphera_geometry::{BoxMm, PointMm};
 
 use super::{Content, MARGIN, Node, PlaceTree, ROOT};
-use crate::geometry::{gap, squared};
+use crate::geometry::{dot, gap, larger, squared};
 use crate::local::Places;
 use crate::neighbours::Near;
+
+/// A middle, and the square of a radius, mm².
+pub(in crate::local) type Ball = (PointMm, f64);
+
+/// Square of the distance from a place to the farthest corner of a box.
+#[inline(always)]
+fn span(bounds: &BoxMm, place: PointMm) -> f64 {
+    let ways = [0, 1, 2]
+        .map(|axis| larger(place[axis] - bounds.low[axis], bounds.high[axis] - place[axis]));
+    dot(ways, ways)
+}
 
 impl Places for PlaceTree {
     fn points_mm(&self) -> &[PointMm] {
@@ -66,10 +77,12 @@ impl PlaceTree {
         true
     }
 
-    /// Calls with every point of leaves that reach into one of some balls, given as middles and squares of radii, mm².
+    /// Calls with every point of leaves that reach into one of some balls, but not of leaves within a further one.
     pub(in crate::local) fn gather_in_balls(
         &self,
-        balls: &[(PointMm, f64)],
+        balls: &[Ball],
+        without: Ball,
+        waiting: &mut Vec<u32>,
         found: &mut impl FnMut(u32),
     ) {
         let meets = |node: u32| {
@@ -78,10 +91,12 @@ impl PlaceTree {
                 gap(&BoxMm { low: middle, high: middle }, bounds) <= square
             })
         };
-        let mut waiting: Vec<u32> = Vec::with_capacity(64);
+        waiting.clear();
         waiting.push(ROOT);
         while let Some(node) = waiting.pop() {
-            match self.nodes[node as usize].content {
+            let Node { bounds, content, .. } = &self.nodes[node as usize];
+            match *content {
+                Content::Leaf { .. } if span(bounds, without.0) < without.1 * (1.0 - MARGIN) => {}
                 Content::Leaf { block, len } => {
                     self.blocks[block as usize][..len as usize].iter().for_each(|&at| found(at));
                 }

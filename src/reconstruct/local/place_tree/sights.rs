@@ -100,7 +100,8 @@ impl PlaceTree {
 }
 
 fn farthest(sights: &[f32; SIGHTS], which: &[Sight]) -> f64 {
-    f64::from(which.iter().map(|&which| sights[which as usize]).fold(BLIND, f32::max))
+    let larger = |a: f32, b: f32| if a > b { a } else { b };
+    f64::from(which.iter().map(|&which| sights[which as usize]).fold(BLIND, larger))
 }
 
 fn rounded_up(value: f64) -> f32 {
