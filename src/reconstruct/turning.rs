@@ -1,5 +1,7 @@
 //! Which facets of a surface must be turned so that neighbours agree.
 
+use rayon::prelude::*;
+
 /// A way to turn facets.
 pub(crate) struct Turning {
     /// For each facet whether it must be turned; the first of each patch is not.
@@ -53,35 +55,43 @@ fn neighbours(points: usize, facets: &[[u32; 3]]) -> Vec<[u32; 3]> {
             (from.min(to), from.max(to), slot << 1 | u32::from(from < to))
         })
     };
-    // Sides in the order of their lower ends.
+    // Sides by their lower ends.
     let mut starts = vec![0_u32; points + 1];
     sides().for_each(|(low, ..)| starts[low as usize + 1] += 1);
     for point in 0..points {
         starts[point + 1] += starts[point];
     }
     let mut next = starts.clone();
-    let mut sorted = vec![[0; 2]; 3 * facets.len()];
+    let mut by_low = vec![[0; 2]; 3 * facets.len()];
     for (low, high, slot) in sides() {
         let to = &mut next[low as usize];
-        sorted[*to as usize] = [high, slot];
+        by_low[*to as usize] = [high, slot];
         *to += 1;
     }
     drop(next);
-    let mut beside = vec![[NONE; 3]; facets.len()];
-    for ends in starts.windows(2) {
-        let own = &mut sorted[ends[0] as usize..ends[1] as usize];
-        own.sort_unstable();
-        for group in own.chunk_by(|a, b| a[0] == b[0]) {
-            let &[[_, one], [_, other]] = group else { continue };
-            let agrees = u32::from(one & 1 != other & 1);
-            let [facet, beyond] = [one, other].map(|slot| (slot >> 1) / 3);
-            if facet != beyond {
-                beside[facet as usize][(one >> 1) as usize % 3] = beyond << 1 | agrees;
-                beside[beyond as usize][(other >> 1) as usize % 3] = facet << 1 | agrees;
+    let beyond = |(slot, from, to): (u32, u32, u32)| {
+        let (low, high) = (from.min(to) as usize, from.max(to));
+        let own = &by_low[starts[low] as usize..starts[low + 1] as usize];
+        let mut others = own.iter().filter(|side| side[0] == high && side[1] >> 1 != slot);
+        match (others.next(), others.next()) {
+            (Some(&[_, other]), None) if (other >> 1) / 3 != slot / 3 => {
+                let agrees = u32::from((from < to) != (other & 1 == 1));
+                (other >> 1) / 3 << 1 | agrees
             }
+            _ => NONE,
         }
-    }
-    beside
+    };
+    facets
+        .par_iter()
+        .enumerate()
+        .with_min_len(FACETS_AT_ONCE)
+        .map(|(at, &[a, b, c])| {
+            let slot = 3 * at as u32;
+            [(slot, a, b), (slot + 1, b, c), (slot + 2, c, a)].map(beyond)
+        })
+        .collect()
 }
 
+/// Facets that a thread takes in turn.
+const FACETS_AT_ONCE: usize = 1 << 12;
 const NONE: u32 = u32::MAX;
