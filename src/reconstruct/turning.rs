@@ -76,7 +76,7 @@ fn neighbours(points: usize, facets: &[[u32; 3]]) -> Vec<[u32; 3]> {
         match (others.next(), others.next()) {
             (Some(&[_, other]), None) if (other >> 1) / 3 != slot / 3 => {
                 let agrees = u32::from((from < to) != (other & 1 == 1));
-                (other >> 1) / 3 << 1 | agrees
+                ((other >> 1) / 3) << 1 | agrees
             }
             _ => NONE,
         }

@@ -159,3 +159,78 @@ pub(crate) fn basis(up: PointMm) -> PointMm {
 const TIE: f64 = 1e-11;
 /// Of the square of the longest side: the square of the distance of the diagonals of a bent quadrilateral.
 const BENT: f64 = 0.0005;
+
+#[cfg(test)]
+mod tests {
+    use asphera_geometry::predicates::in_circle;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn ask(points: &[PointMm; 4], [own, over]: [u32; 2], sides: [u32; 2]) -> Option<bool> {
+        diagonal(points, &[None; 4], [own, over], sides, &mut Vec::new())
+    }
+
+    proptest! {
+        #[test]
+        fn flat_points_have_the_diagonal_of_their_circle(
+            places in prop::array::uniform4(prop::array::uniform2(1_i32..6)),
+            turn in 0_usize..3,
+            shift in -1000_i32..1000,
+        ) {
+            // Four places on a lattice, one in each quadrant: many lie on one circle.
+            let signs = [[1, 1], [-1, 1], [-1, -1], [1, -1]];
+            let flat: [[f64; 2]; 4] = std::array::from_fn(|at| {
+                [0, 1].map(|axis| f64::from(signs[at][axis] * places[at][axis]))
+            });
+            let points = flat.map(|[x, y]| {
+                let mut point = [x, y, f64::from(shift)];
+                point.rotate_right(turn);
+                point
+            });
+            let [a, b, c, d] = flat;
+            let side = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {
+                (q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1])
+            };
+            let corners = [side(a, b, c), side(b, c, d), side(c, d, a), side(d, a, b)];
+            prop_assume!(corners.iter().all(|&corner| corner > 0.0));
+            let found = ask(&points, [0, 2], [1, 3]);
+            let expected = match in_circle(a, b, c, d) {
+                Ordering::Less => true,
+                Ordering::Greater => false,
+                // The diagonal avoids the last.
+                Ordering::Equal => {
+                    let last = (0..4).max_by(|&i, &j| by_coordinates(points[i], points[j]));
+                    [Some(1), Some(3)].contains(&last)
+                }
+            };
+            prop_assert_eq!(found, Some(expected));
+        }
+
+        #[test]
+        fn whoever_asks_hears_the_same(
+            points in prop::array::uniform4(prop::array::uniform3(-1.0..1.0)),
+            height in prop::sample::select(vec![0.0, 1e-12, 1e-3, 0.02]),
+        ) {
+            let points = points.map(|[x, y, z]| [x, y, height * z]);
+            let one = ask(&points, [0, 2], [1, 3]);
+            for (own, sides) in [([0, 2], [3, 1]), ([2, 0], [1, 3]), ([2, 0], [3, 1])] {
+                prop_assert_eq!(ask(&points, own, sides), one);
+            }
+            for (own, sides) in [([1, 3], [0, 2]), ([3, 1], [2, 0])] {
+                prop_assert_eq!(ask(&points, own, sides), one.map(|is_there| !is_there));
+            }
+        }
+    }
+
+    #[test]
+    fn bent_points_ask_for_planes_and_flat_ones_do_not() {
+        let square =
+            |height| [[0.0, 0.0, 0.0], [1.0, 0.0, height], [1.0, 1.0, 0.0], [0.0, 1.0, height]];
+        for (height, expected) in [(0.0, vec![]), (0.02, vec![]), (0.5, vec![2, 1, 3])] {
+            let mut asked = Vec::new();
+            diagonal(&square(height), &[None; 4], [0, 2], [1, 3], &mut asked);
+            assert_eq!(asked, expected, "{height}");
+        }
+    }
+}

@@ -154,3 +154,38 @@ impl PlaceTree {
         BoxMm::about(points.map(|at| self.points_mm[at as usize]))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn balls_miss_no_point_but_those_of_the_further_one(
+            places in prop::collection::vec(prop::array::uniform3(-9_i32..9), 1..400),
+            middles in prop::array::uniform3(prop::array::uniform3(-12.0..12.0)),
+            radii_mm in prop::array::uniform3(0.0..9.0),
+        ) {
+            let mut batch: Vec<_> =
+                places.iter().map(|place| place.map(f64::from)).zip(0..).collect();
+            let mut tree = PlaceTree::default();
+            tree.insert(&mut batch);
+            let [one, other, without] =
+                [0, 1, 2].map(|ball| (middles[ball], radii_mm[ball] * radii_mm[ball]));
+            let mut called = Vec::new();
+            tree.gather_in_balls(&[one, other], without, &mut Vec::new(), &mut |at| called.push(at));
+            let is_in = |at: u32, (middle, square): Ball| {
+                squared(middle, tree.points_mm()[at as usize]) <= square
+            };
+            for at in 0..tree.len() as u32 {
+                let is_called = called.iter().filter(|&&other| other == at).count();
+                prop_assert!(is_called <= 1);
+                if (is_in(at, one) || is_in(at, other)) && !is_in(at, without) {
+                    prop_assert_eq!(is_called, 1);
+                }
+            }
+        }
+    }
+}
