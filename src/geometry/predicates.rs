@@ -11,7 +11,9 @@ pub use crate::exact::lengths::{
 pub use crate::exact::limbs::Limbs;
 pub use crate::exact::radius::compare_circumradius;
 pub use crate::exact::space::orientation_in_space;
-pub use crate::exact::sphere::{by_x_y_z, in_sphere, sphere_encloses};
+pub use crate::exact::sphere::{
+    by_x_y_z, certain_sphere, in_sphere, sphere_encloses, sphere_in_box_encloses,
+};
 pub use crate::exact::{
     Place, by_x_then_y, encloses, estimated_in_circle, estimated_orientation, in_circle, left_of,
     orientation, outside_edge,

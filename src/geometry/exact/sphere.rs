@@ -14,20 +14,32 @@ use super::{UNIT_ROUNDOFF, sign};
 /// [`orientation_in_space`] of the four must be `Greater`.
 #[inline]
 pub fn in_sphere(a: Place3, b: Place3, c: Place3, d: Place3, e: Place3) -> Ordering {
-    let sides = [a, b, c, d].map(|p| [p[0] - e[0], p[1] - e[1], p[2] - e[2]]);
+    let sides = sides([a, b, c, d], e);
+    checked(determinant(sides), sides, [a, b, c, d], e)
+}
+
+#[inline(always)]
+fn sides(corners: [Place3; 4], e: Place3) -> [Place3; 4] {
+    corners.map(|p| [p[0] - e[0], p[1] - e[1], p[2] - e[2]])
+}
+
+/// The sign of the determinant of some sides, if their sizes say that it is certain; else that of whole numbers.
+#[inline]
+fn checked(det: f64, sides: [Place3; 4], corners: [Place3; 4], e: Place3) -> Ordering {
+    // One instruction, where `f64::max` takes four: of sides that are no numbers the sum of sizes decides.
+    let larger = |p: f64, q: f64| if p > q { p } else { q };
     let widest = |axis: usize| {
         let [a, b, c, d] = sides.map(|p| p[axis].abs());
-        a.max(b).max(c.max(d))
+        larger(larger(a, b), larger(c, d))
     };
-    let det = determinant(sides);
     let [x, y, z] = [widest(0), widest(1), widest(2)];
-    let long = x.max(y).max(z);
+    let long = larger(larger(x, y), z);
     // The sum of sizes is at most 72 times this product.
     if det.abs() > 72.5 * BOUND * (x * y * z) * (long * long) {
         return sign(det);
     }
     let bound = BOUND * sum_of_sizes(sides);
-    if det.abs() > bound { sign(det) } else { unrounded([a, b, c, d], e) }
+    if det.abs() > bound { sign(det) } else { unrounded(corners, e) }
 }
 
 /// Whether `e` lies inside the sphere through `a`, `b`, `c`, `d`, where no five places count as lying on one sphere.
@@ -42,6 +54,30 @@ pub fn sphere_encloses(a: Place3, b: Place3, c: Place3, d: Place3, e: Place3) ->
         Ordering::Greater => true,
         Ordering::Less => false,
         Ordering::Equal => encloses_on_sphere([a, b, c, d], e),
+    }
+}
+
+/// What the determinant of a sphere through places in a box of sizes `size` must exceed for its sign to be certain.
+///
+/// Their differences are no larger, rounded or not, so one comparison decides nearly all spheres of a scan.
+pub fn certain_sphere(size: Place3) -> f64 {
+    let [x, y, z] = size;
+    let long = x.max(y).max(z);
+    72.5 * BOUND * (x * y * z) * (long * long)
+}
+
+/// [`sphere_encloses`] of places in a box for which [`certain_sphere`] was asked.
+#[inline(always)]
+pub fn sphere_in_box_encloses(certain: f64, corners: [Place3; 4], e: Place3) -> bool {
+    let sides = sides(corners, e);
+    let det = determinant(sides);
+    if det.abs() > certain {
+        return det > 0.0;
+    }
+    match checked(det, sides, corners, e) {
+        Ordering::Greater => true,
+        Ordering::Less => false,
+        Ordering::Equal => encloses_on_sphere(corners, e),
     }
 }
 

@@ -1,9 +1,9 @@
 //! Insertion of a point: finding its cell, the cavity of cells that give way, and the cells that fill it.
 
-use asphera_geometry::PointMm;
-use asphera_geometry::predicates::{orientation_in_space, sphere_encloses};
+use asphera_geometry::predicates::{certain_sphere, orientation_in_space, sphere_in_box_encloses};
+use asphera_geometry::{BoxMm, PointMm};
 
-use super::INFINITE;
+use super::{FACES, INFINITE};
 
 /// A triangulation that grows.
 ///
@@ -11,6 +11,8 @@ use super::INFINITE;
 /// place on its side, leaves the orientation `Greater`.
 pub(super) struct Inserter<'a> {
     points_mm: &'a [PointMm],
+    /// See [`certain_sphere`].
+    certain: f64,
     corners: Vec<[u32; 4]>,
     neighbours: Vec<[u32; 4]>,
     /// Twice the vertex for which a cell was in the cavity, one more if it was seen outside it.
@@ -21,6 +23,7 @@ pub(super) struct Inserter<'a> {
     recent: u32,
     cavity: Vec<u32>,
     border: Vec<Border>,
+    edges: Edges,
 }
 
 /// A facet of the cavity: the cell inside, the corner opposite, and the new cell there.
@@ -31,6 +34,62 @@ struct Border {
     new: u32,
 }
 
+/// The corners of a border by small numbers, and which new cell has an edge in each sense: a table in the cache, where turning
+/// about the edges would go through cells anywhere in memory.
+struct Edges {
+    /// By a hash of their vertices: corners, the number of the border that they are of, and their small numbers.
+    slots: [(u32, u32, u8); 2 * MOST_CORNERS],
+    borders: u32,
+    /// The facets of the border by small numbers.
+    facets: Vec<[u8; 3]>,
+    across: Box<[[u32; MOST_CORNERS]; MOST_CORNERS]>,
+}
+
+impl Edges {
+    fn new() -> Edges {
+        Edges {
+            slots: [(0, 0, 0); 2 * MOST_CORNERS],
+            borders: 0,
+            facets: Vec::new(),
+            across: Box::new([[0; MOST_CORNERS]; MOST_CORNERS]),
+        }
+    }
+
+    /// Numbers the corners of a border; false where there are too many.
+    fn number(&mut self, border: impl Iterator<Item = [u32; 3]>) -> bool {
+        self.borders += 1;
+        self.facets.clear();
+        let mut count = 0;
+        for facet in border {
+            let mut at = [0; 3];
+            for (at, vertex) in at.iter_mut().zip(facet) {
+                let mut slot = (vertex.wrapping_mul(0x9e37_79b1) >> (32 - SLOT_BITS)) as usize;
+                *at = loop {
+                    let (seen, border, number) = self.slots[slot];
+                    if border != self.borders {
+                        if count == MOST_CORNERS {
+                            return false;
+                        }
+                        self.slots[slot] = (vertex, self.borders, count as u8);
+                        count += 1;
+                        break count as u8 - 1;
+                    }
+                    if seen == vertex {
+                        break number;
+                    }
+                    slot = (slot + 1) % (2 * MOST_CORNERS);
+                };
+            }
+            self.facets.push(at);
+        }
+        true
+    }
+}
+
+/// Most corners of a border whose cells are joined by their edges.
+const MOST_CORNERS: usize = 1 << (SLOT_BITS - 1);
+const SLOT_BITS: u32 = 7;
+
 impl<'a> Inserter<'a> {
     /// The first four points, whose orientation must be `Greater`.
     pub(super) fn new(points_mm: &'a [PointMm]) -> Self {
@@ -38,6 +97,7 @@ impl<'a> Inserter<'a> {
         let room = 7 * points_mm.len() + 16;
         let mut inserter = Inserter {
             points_mm,
+            certain: certain_sphere(BoxMm::about(points_mm.iter().copied()).size_mm()),
             corners: Vec::with_capacity(room),
             neighbours: Vec::with_capacity(room),
             stamps: Vec::with_capacity(room),
@@ -45,6 +105,7 @@ impl<'a> Inserter<'a> {
             recent: 0,
             cavity: Vec::new(),
             border: Vec::new(),
+            edges: Edges::new(),
         };
         inserter.add([0, 1, 2, 3], [1, 2, 3, 4]);
         for slot in 0..4 {
@@ -163,8 +224,7 @@ impl<'a> Inserter<'a> {
                 _ => self.gives_way(behind, vertex),
             };
         }
-        let [a, b, c, d] = corners.map(|corner| self.place(corner));
-        sphere_encloses(a, b, c, d, place)
+        sphere_in_box_encloses(self.certain, corners.map(|corner| self.place(corner)), place)
     }
 
     /// Fills the cavity with cells from its border to the vertex.
@@ -183,20 +243,53 @@ impl<'a> Inserter<'a> {
                 *back = facet.new;
             }
         }
+        let corners = &self.corners;
+        let facets = border.iter().map(|facet| {
+            let corners = &corners[facet.inside as usize];
+            FACES[facet.slot].map(|at| corners[at])
+        });
+        if self.edges.number(facets) {
+            self.join_by_edges(&border);
+        } else {
+            self.join_by_turning(&border, vertex);
+        }
+        self.recent = border.last().map_or(0, |facet| facet.new);
+        self.border = border;
+        self.free.extend_from_slice(&self.cavity);
+    }
+
+    /// Joins the new cells across the edges of the border, each of which two of its facets have, in either sense.
+    fn join_by_edges(&mut self, border: &[Border]) {
+        let Edges { facets, across, .. } = &mut self.edges;
+        let edge =
+            |at: &[u8; 3], turn: usize| [at[(turn + 1) % 3], at[(turn + 2) % 3]].map(usize::from);
+        for (facet, at) in border.iter().zip(&*facets) {
+            for turn in 0..3 {
+                let [from, to] = edge(at, turn);
+                across[from][to] = facet.new;
+            }
+        }
+        for (facet, at) in border.iter().zip(&*facets) {
+            for (turn, slot) in FACES[facet.slot].into_iter().enumerate() {
+                let [from, to] = edge(at, turn);
+                self.neighbours[facet.new as usize][slot] = across[to][from];
+            }
+        }
+    }
+
+    /// The same for a border with more corners than the table of edges holds.
+    fn join_by_turning(&mut self, border: &[Border], vertex: u32) {
         // The dead cells lead to the new ones across the border.
-        for facet in &border {
+        for facet in border {
             self.neighbours[facet.inside as usize][facet.slot] = facet.new;
         }
-        for facet in &border {
+        for facet in border {
             for slot in (0..4).filter(|&slot| slot != facet.slot) {
                 if self.neighbours[facet.new as usize][slot] == INFINITE {
                     self.join(facet, slot, vertex);
                 }
             }
         }
-        self.recent = border.last().map_or(0, |facet| facet.new);
-        self.border = border;
-        self.free.extend_from_slice(&self.cavity);
     }
 
     /// Joins a new cell across the facet opposite `slot` to the new cell there: turns about their common edge through the cavity.

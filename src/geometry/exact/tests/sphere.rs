@@ -4,8 +4,11 @@ use std::cmp::Ordering;
 
 use proptest::prelude::*;
 
+use crate::BoxMm;
 use crate::exact::space::orientation_in_space;
-use crate::exact::sphere::{by_x_y_z, in_sphere, sphere_encloses};
+use crate::exact::sphere::{
+    by_x_y_z, certain_sphere, in_sphere, sphere_encloses, sphere_in_box_encloses,
+};
 use crate::regressions::beside_source;
 
 fn robust_sign([a, b, c, d, e]: [[f64; 3]; 5]) -> Ordering {
@@ -94,6 +97,9 @@ proptest! {
         let [a, b, c, d, e] = places;
         if orientation_in_space(a, b, c, d).is_gt() {
             prop_assert_eq!(in_sphere(a, b, c, d, e), robust_sign(places));
+            let certain = certain_sphere(BoxMm::about(places.into_iter()).size_mm());
+            let found = sphere_in_box_encloses(certain, [a, b, c, d], e);
+            prop_assert_eq!(found, sphere_encloses(a, b, c, d, e));
         }
     }
 
@@ -113,6 +119,8 @@ proptest! {
         let found = raised(places, raise);
         prop_assert_ne!(found, Ordering::Equal);
         prop_assert_eq!(sphere_encloses(a, b, c, d, e), found != outside);
+        let certain = certain_sphere([2.0; 3]);
+        prop_assert_eq!(sphere_in_box_encloses(certain, [a, b, c, d], e), found != outside);
         prop_assert_eq!(by_x_y_z(a, b), places[0].cmp(&places[1]));
     }
 }
