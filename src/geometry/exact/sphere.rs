@@ -50,11 +50,8 @@ fn checked(det: f64, sides: [Place3; 4], corners: [Place3; 4], e: Place3) -> Ord
 /// doi:10.1016/j.comgeo.2010.09.010). No tetrahedron of it is flat.
 #[inline]
 pub fn sphere_encloses(a: Place3, b: Place3, c: Place3, d: Place3, e: Place3) -> bool {
-    match in_sphere(a, b, c, d, e) {
-        Ordering::Greater => true,
-        Ordering::Less => false,
-        Ordering::Equal => encloses_on_sphere([a, b, c, d], e),
-    }
+    // Nothing is certain by an unknown box.
+    sphere_in_box_encloses(f64::INFINITY, [a, b, c, d], e)
 }
 
 /// What the determinant of a sphere through places in a box of sizes `size` must exceed for its sign to be certain.
