@@ -13,6 +13,14 @@ use rand_core::{Rng as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 use rayon::ThreadPoolBuilder;
 
+mod common {
+    pub(crate) mod clock;
+    pub(crate) mod memory;
+}
+
+use self::common::clock::timed;
+use self::common::memory::peak_bytes;
+
 const BATCH: usize = 1_000;
 const SEED: u64 = 1;
 
@@ -101,24 +109,4 @@ fn noisy(z: f64, turn: f64, random: &mut Pcg64) -> PointMm {
 
 fn unit(random: &mut Pcg64) -> f64 {
     (random.next_u64() >> 11) as f64 * 2_f64.powi(-53)
-}
-
-fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
-    let start = processor_s();
-    let made = work();
-    (made, processor_s() - start)
-}
-
-/// Processor time of this thread (Linux). Giving way brings the kernel's count up to date.
-fn processor_s() -> f64 {
-    std::thread::yield_now();
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let nanoseconds = text.split_whitespace().next().and_then(|field| field.parse::<f64>().ok());
-    1e-9 * nanoseconds.expect("/proc/thread-self/schedstat must begin with nanoseconds")
-}
-
-fn peak_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|line| line.starts_with("VmHWM"))?;
-    line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| 1024 * kib)
 }

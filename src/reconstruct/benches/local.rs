@@ -13,6 +13,12 @@ use rand_core::{Rng as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 use rayon::ThreadPoolBuilder;
 
+mod common {
+    pub(crate) mod memory;
+}
+
+use self::common::memory::peak_bytes;
+
 const RUNS: usize = 3;
 const PARTS: usize = 10;
 const SEED: u64 = 1;
@@ -89,10 +95,4 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let start = Instant::now();
     let made = work();
     (made, start.elapsed().as_secs_f64())
-}
-
-fn peak_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|line| line.starts_with("VmHWM"))?;
-    line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| 1024 * kib)
 }

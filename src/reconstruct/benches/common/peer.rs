@@ -41,7 +41,7 @@ impl Peers {
 
     /// What is missing, in words.
     pub(crate) fn missing(&self) -> Vec<&'static str> {
-        let cgal = "no CGAL: g++ with libcgal-dev cannot compile benches/peers/cgal.cpp";
+        let cgal = "no CGAL: g++ with libcgal-dev cannot compile benches/common/cgal.cpp";
         let scipy = "no SciPy: ASPHERA_PYTHON names no Python";
         [(self.cgal.is_none(), cgal), (self.python.is_none(), scipy)]
             .into_iter()

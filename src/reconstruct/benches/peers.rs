@@ -6,8 +6,11 @@
 //! have a tenth, for peers take long over ties. Two threads are held against one by the clock, which needs a machine that does
 //! nothing else. Without g++ and `libcgal-dev`, or without `ASPHERA_PYTHON`, the rows say ours alone.
 
-mod clouds;
-mod peer;
+mod common {
+    pub(crate) mod clock;
+    pub(crate) mod clouds;
+    pub(crate) mod peer;
+}
 
 use std::time::Instant;
 
@@ -15,10 +18,11 @@ use asphera_geometry::PointMm;
 use asphera_reconstruct::{Delaunay, GraphChoices, LocalSurface, PointGraph, local};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use self::clouds::{
+use self::common::clock::timed;
+use self::common::clouds::{
     SEED, asphere_grid, ball_spiral, exact_ball, lens_grid, random_cube, torus_rings,
 };
-use self::peer::Peers;
+use self::common::peer::Peers;
 
 /// Points of a batch.
 const BATCH: usize = 1_000;
@@ -165,20 +169,6 @@ fn graph(points: &[PointMm]) -> PointGraph<'_> {
 
 fn pool(threads: usize) -> ThreadPool {
     ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")
-}
-
-fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
-    let start = processor_s();
-    let made = work();
-    (made, processor_s() - start)
-}
-
-/// Processor time of this thread (Linux). Giving way brings the kernel's count up to date.
-fn processor_s() -> f64 {
-    std::thread::yield_now();
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let nanoseconds = text.split_whitespace().next().and_then(|field| field.parse::<f64>().ok());
-    1e-9 * nanoseconds.expect("/proc/thread-self/schedstat must begin with nanoseconds")
 }
 
 #[expect(clippy::print_stdout, reason = "a benchmark prints what it measures")]
