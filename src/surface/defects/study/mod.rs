@@ -70,11 +70,11 @@ fn wanted_kinds() -> Vec<Kind> {
     names.split(',').map(|name| of(name).unwrap_or_else(|| panic!("no kind {name}"))).collect()
 }
 
-/// At most 0.1 a part are stated, of each kind. Of single sizes chance alone makes it up to twice as many.
+/// At most 0.01 a part are stated. Of each kind chance alone makes it up to twice as many.
 #[test]
 fn clean_parts_have_no_defects() {
     let (wanted, kinds) = (wanted(), wanted_kinds());
-    let most = 0.1 * wanted.iter().map(|(_, parts)| *parts as f64).sum::<f64>();
+    let most = 0.02 * wanted.iter().map(|(_, parts)| *parts as f64).sum::<f64>();
     for (kind, found) in kinds.iter().zip(false_ones(&kinds, &wanted)) {
         let found: usize = found.iter().sum();
         assert!(found as f64 <= most, "{kind:?}: {found}, {most} are expected at most");
