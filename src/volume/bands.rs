@@ -9,7 +9,7 @@ use crate::cells::mixed_codes;
 use crate::cuts::{CellMesh, Cuts};
 use crate::marching::{Cutter, Room};
 use crate::numbering::{Numbers, Starts, starts};
-use crate::scan::Scan;
+use crate::scan::{Gaps, Scan};
 use crate::surface::area_and_volume;
 use crate::table::{Ambiguity, Table};
 use crate::{Crossings, Samples};
@@ -40,21 +40,17 @@ impl Bands<'_> {
     ///
     /// Where there are more than 2³² vertices.
     pub fn new(samples: &Samples, rule: Ambiguity) -> Bands<'_> {
-        Bands::of(Scan::new(samples, None), rule)
+        Bands::of(Scan::new(samples, Gaps::default()), rule)
     }
 
-    /// The same of a volume with missing samples, the foreground of `missing`: no cell with a corner on one has surface. The bands are
-    /// those of [`Surface::without_missing`](crate::Surface::without_missing).
+    /// The same of a volume with gaps: no cell with a corner in one has surface. The bands are those of
+    /// [`Surface::without_gaps`](crate::Surface::without_gaps).
     ///
     /// # Panics
     ///
     /// As [`Bands::new`], and where the sizes differ.
-    pub fn with_missing<'a>(
-        samples: &'a Samples,
-        missing: Option<&'a Samples>,
-        rule: Ambiguity,
-    ) -> Bands<'a> {
-        Bands::of(Scan::new(samples, missing), rule)
+    pub fn with_gaps<'a>(samples: &'a Samples, gaps: Gaps<'a>, rule: Ambiguity) -> Bands<'a> {
+        Bands::of(Scan::new(samples, gaps), rule)
     }
 
     fn of(scan: Scan<'_>, rule: Ambiguity) -> Bands<'_> {

@@ -16,10 +16,10 @@ mod scale;
 use rayon::prelude::*;
 
 use crate::Samples;
-use convolution::{Kernel, block};
+use convolution::{Field, Kernel, Mirrors, block};
 use drawn::Drawn;
-use rims::rims;
-use scale::{BASE, RIM_DOUBT, Scale, Variations, of_rims};
+use rims::{creases, rims};
+use scale::{BASE, CREASE_DOUBT, RIM_DOUBT, Scale, Variations, of_rims};
 
 /// The area, and how it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,19 +50,34 @@ pub struct BlurredArea {
 /// Blurring is slow. Of more than 4,000 blocks of 32³ samples with surface in them, 250 drawn by strata are blurred. The area
 /// of the others follows from that of their marching cubes, as a ratio, whose scatter between the blocks `u` counts too.
 pub fn blurred_area(samples: &Samples) -> BlurredArea {
-    if let Some(drawn) = Drawn::new(samples) {
+    area(samples, Mirrors::default())
+}
+
+/// The same up to the outermost samples, beyond which nothing is known: no faces close the volume there.
+///
+/// The volume goes on as its mirror image. Walls that do not meet the border at right angles have creases there: what blur takes off
+/// these is given back, by how far the walls lean.
+pub(crate) fn area_to_border(samples: &Samples) -> BlurredArea {
+    area(samples, samples.touched_faces())
+}
+
+fn area(samples: &Samples, mirrors: Mirrors) -> BlurredArea {
+    if let Some(drawn) = Drawn::new(samples, mirrors) {
         return drawn.area();
     }
-    let rims = rims(samples);
+    let is_mirrored = mirrors != Mirrors::default();
+    let rims = if is_mirrored { creases(samples) } else { rims(samples) };
     let measured = |scale: Scale| {
-        let sums = scale.sigmas().map(|sigma| variation_at(samples, sigma, scale.level));
+        let field = Field { samples, level: scale.level, mirrors };
+        let sums = scale.sigmas().map(|sigma| variation(field, sigma));
         Variations { scale, sums }.with_rims(rims)
     };
     let base = measured(BASE);
     let mut best = base;
     if let Some(finer) = base.finer() {
         best = measured(finer);
-    } else {
+    } else if rims == 0.0 || !is_mirrored {
+        // Creases are known to a few percent, and blur takes the more off them the coarser it is.
         while let Some(coarser) = best.coarser(base.loss()) {
             let next = measured(coarser);
             if !next.is_trusted() {
@@ -72,7 +87,7 @@ pub fn blurred_area(samples: &Samples) -> BlurredArea {
         }
     }
     // Steps of the grid stand out most where edges are found, as σ counts more there.
-    if best.scale == BASE && best.order().1 {
+    if best.scale == BASE && best.order().1 && !is_mirrored {
         let next = measured(BASE.next());
         if next.are_edges_trusted() {
             best = next;
@@ -81,7 +96,10 @@ pub fn blurred_area(samples: &Samples) -> BlurredArea {
     let (order, has_edges) = best.order();
     // Steps of the grid would disturb the finer σ where edges prevail.
     let used = if has_edges && best.scale.is_finer() { base } else { best };
-    let doubt = RIM_DOUBT * of_rims(used.scale, has_edges) * rims;
+    // What is left of creases looks like edges.
+    let of_creases = if is_mirrored { of_rims(used.scale, false) * rims } else { 0.0 };
+    let has_edges = has_edges && (used.area(true) - used.area(false)).abs() >= of_creases;
+    let doubt = doubt_of(mirrors) * of_rims(used.scale, has_edges) * rims;
     BlurredArea {
         area: used.area(has_edges),
         u: used.uncertainty(has_edges).hypot(doubt),
@@ -91,21 +109,27 @@ pub fn blurred_area(samples: &Samples) -> BlurredArea {
     }
 }
 
+/// The share of rims or creases that is uncertain.
+fn doubt_of(mirrors: Mirrors) -> f64 {
+    if mirrors == Mirrors::default() { RIM_DOUBT } else { CREASE_DOUBT }
+}
+
 /// Side of the blocks that are blurred one at a time.
 const BLOCK: usize = 32;
 
 /// ∫ |∇(G ∗ b)| over the endless grid, in squares of the spacing; σ in spacings.
 pub fn total_variation(samples: &Samples, sigma: f64) -> f64 {
-    variation_at(samples, sigma, 0)
+    variation(Field { samples, level: 0, mirrors: Mirrors::default() }, sigma)
 }
 
-/// The same on a grid 2^`level` times coarser; σ in spacings of that, the variation in squares of the finer one.
-fn variation_at(samples: &Samples, sigma: f64, level: u32) -> f64 {
+/// The same of a field; σ in spacings of its grid, the variation in squares of the finest one.
+fn variation(field: Field<'_>, sigma: f64) -> f64 {
+    let level = field.level;
     // A mean of n samples at a distance of 1/n has a variance of (1 − 1/n²)/12.
     let of_mean = (1.0 - (-2.0 * f64::from(level)).exp2()) / 12.0;
     let kernel = Kernel::new((sigma * sigma - of_mean).sqrt());
     let reach = kernel.reach();
-    let sides = samples.size().map(|side| (side + 2).div_ceil(1 << level));
+    let sides = field.samples.size().map(|side| (side + 2).div_ceil(1 << level));
     let blocks = sides.map(|side| (side + 2 * reach).div_ceil(BLOCK));
     let sums: Vec<f64> = (0..blocks.iter().product::<usize>())
         .into_par_iter()
@@ -114,7 +138,7 @@ fn variation_at(samples: &Samples, sigma: f64, level: u32) -> f64 {
                 [index % blocks[0], index / blocks[0] % blocks[1], index / blocks[0] / blocks[1]];
             // Blocks begin as far before the volume as the kernel reaches.
             let from = place.map(|at| (at * BLOCK) as i64 - reach as i64);
-            block(samples, &kernel, from, level)
+            block(field, &kernel, from)
         })
         .collect();
     sums.iter().sum::<f64>() * (2.0 * f64::from(level)).exp2()

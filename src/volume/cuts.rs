@@ -47,7 +47,7 @@ impl Cuts for Table {
             let face = faces.trailing_zeros() as usize;
             faces &= faces - 1;
             let other = beyond(place, face);
-            if self.joins(scan.samples.code(other)) && !scan.is_near_missing(other) {
+            if self.joins(scan.samples.code(other)) && !scan.is_in_gap(other) {
                 let [a, b, c, d] = hole(code, face).map(|edge| edge as u8);
                 mesh.triangles.extend([[a, b, c], [a, c, d]]);
             }

@@ -1,21 +1,34 @@
-//! Missing samples: where a surface ends, and what may lie in them.
+//! Gaps of a scan, missing samples and the border: where a surface ends, and what may lie in them.
 
-use crate::cells::mixed_codes;
-use crate::fractions::marching_areas;
-use crate::scan::Scan;
-use crate::{BlurredArea, Samples, Surface, blurred_area};
+use std::ops::RangeInclusive;
+
 use rayon::prelude::*;
 
+use crate::blur::area_to_border;
+use crate::cells::mixed_codes;
+use crate::fractions::marching_areas;
+use crate::scan::{Gaps, Scan};
+use crate::{BlurredArea, Samples, Surface, blurred_area};
+
 impl Surface {
-    /// The surface without the triangles that reach into a cell with a corner on a missing sample; it ends there. The vertices must be
-    /// in samples. `missing` has such samples as foreground.
+    /// The surface without the triangles that reach into a cell with a corner in a gap; it ends there. The vertices must be in samples,
+    /// of a volume of `size` columns, rows and slices.
     ///
     /// A triangle in a face between two cells reaches into both. Vertices without a triangle are dropped; all others stay in their
     /// order.
-    pub fn without_missing(self, missing: &Samples) -> Surface {
+    pub fn without_gaps(self, size: [usize; 3], gaps: Gaps<'_>) -> Surface {
+        let is_beyond = |cells: &RangeInclusive<i64>, side: usize| {
+            *cells.start() < 0 || *cells.end() + 1 >= side as i64
+        };
         let reaches = |triangle: &[u32; 3]| {
             let corners = triangle.map(|corner| self.vertices[corner as usize]);
-            let [x, y, z] = [0, 1, 2].map(|axis| cells_along(corners.map(|at| at[axis])));
+            let along = [0, 1, 2].map(|axis| cells_along(corners.map(|at| at[axis])));
+            if gaps.at_border && along.iter().zip(size).any(|(cells, side)| is_beyond(cells, side))
+            {
+                return true;
+            }
+            let Some(missing) = gaps.missing else { return false };
+            let [x, y, z] = along;
             let mut cells = z.flat_map(|z| y.clone().map(move |y| (y, z)));
             cells.any(|(y, z)| x.clone().any(|x| is_near(missing, [x, y, z])))
         };
@@ -39,7 +52,7 @@ impl Surface {
 }
 
 /// The cells along one axis, by their lowest samples, that three coordinates reach into; both, of a face between two.
-fn cells_along(corners: [f64; 3]) -> std::ops::RangeInclusive<i64> {
+fn cells_along(corners: [f64; 3]) -> RangeInclusive<i64> {
     let low = corners.into_iter().fold(f64::INFINITY, f64::min);
     let high = corners.into_iter().fold(f64::NEG_INFINITY, f64::max);
     let (first, last) = ((low + TOUCH).floor() as i64, (high - TOUCH).ceil() as i64 - 1);
@@ -54,21 +67,25 @@ fn is_near(missing: &Samples, [x, y, z]: [i64; 3]) -> bool {
     (0..8).any(|corner| missing.get([x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)]))
 }
 
-/// The area of the surface where samples are not missing, by blurring; see [`blurred_area`].
+/// The area of the surface outside the gaps, by blurring; see [`blurred_area`].
 ///
-/// Missing samples first take the value of most of their neighbours, layer by layer, so that the surface goes on through them. Of the
-/// area that this volume has, the cells without a missing corner have the share that marching cubes give them. `u` counts how far the
-/// ratio of the two areas, and the surface that was put in, may be off: a tenth of the share that was taken off, for the area of marching cubes
-/// is 2 to 15 % too large, by the direction of the surface.
+/// At an open border the surface ends in the outermost samples. Missing samples first take the value of most of their neighbours, layer by layer, so that the surface goes on
+/// through them. Of the area that this volume has, the cells without a missing corner have the share that marching cubes give them.
+/// `u` counts how far the ratio of the two areas, and the surface that was put in, may be off: a tenth of the share that was taken off,
+/// for the area of marching cubes is 2 to 15 % too large, by the direction of the surface.
 ///
 /// # Panics
 ///
 /// Where the sizes differ.
-pub fn open_area(samples: &Samples, missing: &Samples) -> BlurredArea {
-    let filled = filled(samples, missing);
-    let found = blurred_area(&filled);
-    let whole = marching_area(Scan::new(&filled, None));
-    let open = marching_area(Scan::new(&filled, Some(missing)));
+pub fn open_area(samples: &Samples, gaps: Gaps<'_>) -> BlurredArea {
+    let filled = gaps.missing.map(|missing| filled(samples, missing));
+    let scanned = filled.as_ref().unwrap_or(samples);
+    let ends = gaps.at_border && scanned.touches_border();
+    let found = if ends { area_to_border(scanned) } else { blurred_area(scanned) };
+    let Some(missing) = gaps.missing else { return found };
+    let at_border = Gaps { missing: None, ..gaps };
+    let whole = marching_area(Scan::new(scanned, at_border));
+    let open = marching_area(Scan::new(scanned, Gaps { missing: Some(missing), ..gaps }));
     if whole <= open {
         return found;
     }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::cells::{mixed_codes, mixed_words};
 use crate::codes::{Case, facts};
-use crate::scan::Scan;
+use crate::scan::{Gaps, Scan};
 use crate::{Histogram, Samples};
 
 /// Most places that a check lists.
@@ -101,7 +101,7 @@ impl GridCheck {
         let (mut unpaired, mut doubtful, mut near_missing) = (0, 0, 0);
         let (mut places, mut critical) = (Vec::new(), Vec::new());
         if case8 + forbidden > 0 || missing.is_some() {
-            let scan = Scan::new(samples, missing);
+            let scan = Scan::new(samples, Gaps { missing, at_border: false });
             let layers: Vec<Layer> =
                 (0..=samples.size()[2]).into_par_iter().map(|z| Layer::of(scan, z)).collect();
             for layer in layers {

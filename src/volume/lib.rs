@@ -67,6 +67,7 @@ pub use parts::{Parts, cavities, components};
 pub use reconstruct::{BALL_RADIUS, LEAST_BALL_RADIUS, Method, MethodError, reconstruct};
 pub use refine::MAX_REFINE;
 pub use samples::{MAX_SAMPLES, Samples, SizeError, SlabBuilder};
+pub use scan::Gaps;
 pub use smooth::Blend;
 pub use smoothing::smoothed;
 pub use surface::{Piece, Surface, SurfaceCheck};

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::cells::mixed_codes;
 use crate::cuts::{CellMesh, Cuts};
 use crate::numbering::{Numbers, Starts, starts};
-use crate::scan::Scan;
+use crate::scan::{Gaps, Scan};
 use crate::table::{Ambiguity, Table};
 use crate::{Samples, Surface};
 
@@ -97,7 +97,7 @@ pub(crate) fn marching_with(
     cuts: &impl Cuts,
     crossings: &impl Crossings,
 ) -> Surface {
-    let scan = Scan::new(samples, None);
+    let scan = Scan::new(samples, Gaps::default());
     let starts = starts(scan, cuts);
     let layers = starts.len() - 1;
     let [of_grid, of_cells, of_triangles] = starts[layers].numbers();

@@ -159,13 +159,19 @@ impl Samples {
 
     /// Whether the foreground touches the border of the volume: the part may go on beyond it.
     pub fn touches_border(&self) -> bool {
+        self.touched_faces().as_flattened().contains(&true)
+    }
+
+    /// Which faces of the volume the foreground touches, by axis: that of the first samples and that of the last.
+    pub(crate) fn touched_faces(&self) -> [[bool; 2]; 3] {
         let [nx, ny, nz] = self.size;
         let any = |y, z| self.row(y, z).iter().any(|&word| word != 0);
-        (1..=nz).any(|z| {
-            any(1, z)
-                || any(ny, z)
-                || (1..=ny).any(|y| self.padded_bit(1, y, z) || self.padded_bit(nx, y, z))
-        }) || (1..=ny).any(|y| any(y, 1) || any(y, nz))
+        let column = |x| (1..=nz).any(|z| (1..=ny).any(|y| self.padded_bit(x, y, z)));
+        [
+            [1, nx].map(column),
+            [1, ny].map(|y| (1..=nz).any(|z| any(y, z))),
+            [1, nz].map(|z| (1..=ny).any(|y| any(y, z))),
+        ]
     }
 
     /// The volume with inside and outside exchanged; the layer around it stays background.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::cells::{mixed_codes, mixed_words};
 use crate::fractions::{Fractions, ball_fractions, cube_fractions};
 use crate::reconstruct::LEAST_BALL_RADIUS;
-use crate::scan::Scan;
+use crate::scan::{Gaps, Scan};
 use crate::{Histogram, Samples};
 
 impl Histogram {
@@ -55,7 +55,7 @@ impl VolumeBounds {
         missing: Option<&Samples>,
         regular: Option<f64>,
     ) -> VolumeBounds {
-        let counts = Corners::of(Scan::new(samples, missing));
+        let counts = Corners::of(Scan::new(samples, Gaps { missing, at_border: false }));
         let by_balls = counts.bounds(&ball_fractions(LEAST_BALL_RADIUS));
         let depth = regular.filter(|r| *r * *r > 0.5).map(|r| r - (r * r - 0.5).sqrt());
         let by_slabs = depth

@@ -62,6 +62,10 @@ pub(super) struct VolumeArgs {
     /// Which of the connected parts: all of them, the largest, or one by its number, the largest first.
     #[arg(long, value_name = "all|largest|N", default_value = "all")]
     part: Part,
+    /// Put a layer of background about the volume, so that the surface of a part that touches the border is closed there. Without it the
+    /// surface ends in the outermost samples.
+    #[arg(long)]
+    pad: bool,
     /// End with exit code 11 where the grid is contradicted.
     #[arg(long)]
     check: bool,

@@ -27,15 +27,32 @@ impl Kernel {
     }
 }
 
-/// The sum over one block whose lowest sample is `from`, on a grid 2^`level` times coarser; all in units of that grid. Its value is the
-/// share of foreground in 2^`level` samples along each axis, and 0 is where the layer around the volume begins.
-pub(super) fn block(samples: &Samples, kernel: &Kernel, from: [i64; 3], level: u32) -> f64 {
+/// A volume as it is blurred, on a grid 2^`level` times coarser.
+///
+/// Its value is the share of foreground in 2^`level` samples along each axis, and 0 is where the layer around the volume begins.
+#[derive(Clone, Copy)]
+pub(super) struct Field<'a> {
+    pub(super) samples: &'a Samples,
+    pub(super) level: u32,
+    pub(super) mirrors: Mirrors,
+}
+
+/// The faces of a volume, by axis and end, beyond whose samples it goes on as its mirror image; there it counts up to these samples.
+/// Background lies beyond the others.
+pub(super) type Mirrors = [[bool; 2]; 3];
+
+/// The sum over one block whose lowest value is `from`, in units of the grid of the field.
+pub(super) fn block(field: Field<'_>, kernel: &Kernel, from: [i64; 3]) -> f64 {
     let reach = kernel.reach();
     let side = BLOCK + 2 * reach;
     let first = from.map(|at| at - reach as i64);
+    let weights = [0, 1, 2].map(|axis| field.weights(axis, from[axis]));
+    if weights.iter().any(|along| along.iter().all(|&weight| weight == 0.0)) {
+        return 0.0;
+    }
     let mut values = vec![0_f32; side * side * side];
-    let inside = fill(samples, &mut values, side, first, level);
-    if inside == 0 || inside == values.len() << (3 * level) {
+    let inside = field.fill(&mut values, side, first);
+    if inside == 0 || inside == values.len() << (3 * field.level) {
         return 0.0;
     }
     // Along z, then y, then x; each pass leaves BLOCK samples of its axis.
@@ -54,7 +71,14 @@ pub(super) fn block(samples: &Samples, kernel: &Kernel, from: [i64; 3], level: u
         let [a, b, c] = [a, b, c].map(|slope| f64::from(*slope));
         (a * a + b * b + c * c).sqrt()
     });
-    lengths.sum()
+    if !field.is_mirrored() {
+        return lengths.sum();
+    }
+    let weight = |at: usize| {
+        let place = [at % BLOCK, at / BLOCK % BLOCK, at / BLOCK / BLOCK];
+        (0..3).map(|axis| weights[axis][place[axis]]).product::<f64>()
+    };
+    lengths.enumerate().map(|(at, length)| weight(at) * length).sum()
 }
 
 /// Values convolved along one axis of `side` samples, of which the middle [`BLOCK`] are kept. Steps along the axis are `inner` apart; it
@@ -85,30 +109,83 @@ fn convolved(values: &[f32], inner: usize, side: usize, outer: usize, kernel: &[
     result
 }
 
-/// Fills a cube of values with shares of foreground; gives back how many samples of it are foreground.
-fn fill(samples: &Samples, values: &mut [f32], side: usize, first: [i64; 3], level: u32) -> usize {
-    let finer = 1_i64 << level;
-    let [_, rows, slices] = samples.size().map(|size| size as i64 + 2);
-    // The samples of a value lie in one word, as 2^level divides 64.
-    let (mask, share) = (u64::MAX >> (64 - finer), (-3.0 * f64::from(level)).exp2() as f32);
-    let mut inside = 0;
-    for z in 0..side as i64 * finer {
-        for y in 0..side as i64 * finer {
-            let [row_y, row_z] = [first[1] * finer + y, first[2] * finer + z];
-            if row_y < 0 || row_z < 0 || row_y >= rows || row_z >= slices {
-                continue;
-            }
-            let row = samples.row(row_y as usize, row_z as usize);
-            let start = ((z / finer) as usize * side + (y / finer) as usize) * side;
-            for (x, value) in values[start..][..side].iter_mut().enumerate() {
-                let column = (first[0] + x as i64) * finer;
-                if column >= 0 && column < row.len() as i64 * 64 {
-                    let word = row[column as usize / 64] >> (column as usize % 64) & mask;
-                    *value += word.count_ones() as f32 * share;
-                    inside += word.count_ones() as usize;
+impl Field<'_> {
+    fn is_mirrored(self) -> bool {
+        self.mirrors.as_flattened().contains(&true)
+    }
+
+    /// Share of the values of a block from `from` on along an axis that counts: all, or what lies before a mirror.
+    fn weights(self, axis: usize, from: i64) -> [f64; BLOCK] {
+        let finer = (1_i64 << self.level) as f64;
+        // Samples count from 1, in the middle of what they stand for.
+        let [first, last] = [1.0, self.samples.size()[axis] as f64];
+        let [has_low, has_high] = self.mirrors[axis];
+        let low = if has_low { first } else { f64::NEG_INFINITY };
+        let high = if has_high { last } else { f64::INFINITY };
+        std::array::from_fn(|at| {
+            let start = (from + at as i64) as f64 * finer - 0.5;
+            let within = (start + finer).min(high) - start.max(low);
+            (within / finer).max(0.0)
+        })
+    }
+
+    /// Fills a cube of values with shares of foreground; gives back how many samples of it are foreground.
+    fn fill(self, values: &mut [f32], side: usize, first: [i64; 3]) -> usize {
+        let Field { samples, level, .. } = self;
+        let finer = 1_i64 << level;
+        let [_, rows, slices] = samples.size().map(|size| size as i64 + 2);
+        // The samples of a value lie in one word, as 2^level divides 64.
+        let (mask, share) = (u64::MAX >> (64 - finer), (-3.0 * f64::from(level)).exp2() as f32);
+        let mut inside = 0;
+        for z in 0..side as i64 * finer {
+            for y in 0..side as i64 * finer {
+                let [row_y, row_z] = [(1, y), (2, z)]
+                    .map(|(axis, at)| self.mirrored(axis, first[axis] * finer + at));
+                if row_y < 0 || row_z < 0 || row_y >= rows || row_z >= slices {
+                    continue;
+                }
+                let row = samples.row(row_y as usize, row_z as usize);
+                let start = ((z / finer) as usize * side + (y / finer) as usize) * side;
+                for (x, value) in values[start..][..side].iter_mut().enumerate() {
+                    let column = (first[0] + x as i64) * finer;
+                    let count = if self.mirrors[0].contains(&true) {
+                        self.ones_mirrored(row, column..column + finer)
+                    } else if column >= 0 && column < row.len() as i64 * 64 {
+                        (row[column as usize / 64] >> (column as usize % 64) & mask).count_ones()
+                    } else {
+                        0
+                    };
+                    *value += count as f32 * share;
+                    inside += count as usize;
                 }
             }
         }
+        inside
     }
-    inside
+
+    /// The samples of a row that are foreground, of a range that may leave it.
+    fn ones_mirrored(self, row: &[u64], columns: std::ops::Range<i64>) -> u32 {
+        let bits = columns.map(|column| {
+            let at = self.mirrored(0, column);
+            let word = usize::try_from(at / 64).ok().filter(|_| at >= 0).and_then(|at| row.get(at));
+            word.map_or(0, |word| (word >> (at % 64) & 1) as u32)
+        });
+        bits.sum()
+    }
+
+    /// The sample that stands for one beyond a mirror, along an axis; it counts from 1, and may lie beyond a face without one.
+    fn mirrored(self, axis: usize, mut at: i64) -> i64 {
+        let last = self.samples.size()[axis] as i64;
+        let [has_low, has_high] = self.mirrors[axis];
+        if last == 1 && (has_low && at < 1 || has_high && at > 1) {
+            return 1;
+        }
+        loop {
+            at = match at {
+                ..1 if has_low => 2 - at,
+                _ if at > last && has_high => 2 * last - at,
+                _ => return at,
+            };
+        }
+    }
 }

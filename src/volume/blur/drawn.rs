@@ -2,13 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::convolution::{Kernel, block};
-use super::rims::rims_of_blocks;
-use super::scale::{BASE, RIM_DOUBT, Scale, Variations, of_rims};
-use super::{BLOCK, BlurredArea};
+use super::convolution::{Field, Kernel, Mirrors, block};
+use super::rims::{creases_of_blocks, rims_of_blocks};
+use super::scale::{BASE, Scale, Variations, of_rims};
+use super::{BLOCK, BlurredArea, doubt_of};
 use crate::Samples;
-use crate::cells::{mixed_codes, mixed_words};
+use crate::cells::mixed_codes;
 use crate::fractions::marching_areas;
+use crate::scan::{Gaps, Scan};
 
 /// Blocks with surface, up to which all are blurred.
 const ALL: usize = 4000;
@@ -21,7 +22,7 @@ const REACH: usize = 12;
 
 /// Blocks drawn by strata of their order, with the area that marching cubes have in them.
 pub(super) struct Drawn<'a> {
-    samples: &'a Samples,
+    field: Field<'a>,
     blocks: Vec<Block>,
     /// Area of marching cubes of the whole volume, and the number of blocks that it lies in.
     total: f64,
@@ -35,20 +36,22 @@ struct Block {
     from: [i64; 3],
     /// Area of marching cubes in it.
     area: f64,
-    /// Rims of the faces that close the volume at its border.
+    /// Rims of the faces that close the volume at its border, or creases there of as much.
     rims: f64,
 }
 
 impl Drawn<'_> {
     /// Draws from the blocks of a volume; `None` where it has so few that all may be blurred.
-    pub(super) fn new(samples: &Samples) -> Option<Drawn<'_>> {
+    pub(super) fn new(samples: &Samples, mirrors: Mirrors) -> Option<Drawn<'_>> {
         let counts = samples.size().map(|side| (side + 2 * REACH).div_ceil(BLOCK));
         if counts.iter().product::<usize>() <= ALL {
             return None;
         }
+        let is_mirrored = mirrors != Mirrors::default();
+        let scan = Scan::new(samples, Gaps { missing: None, at_border: is_mirrored });
         let areas: Vec<f64> = (0..counts[2])
             .into_par_iter()
-            .flat_map_iter(|layer| areas(samples, [counts[0], counts[1]], layer))
+            .flat_map_iter(|layer| areas(scan, [counts[0], counts[1]], layer))
             .collect();
         let with_surface: Vec<usize> = (0..areas.len()).filter(|&at| areas[at] > 0.0).collect();
         if with_surface.len() <= ALL {
@@ -62,7 +65,11 @@ impl Drawn<'_> {
             let [x, y, z] = sample.map(|at| (at + REACH) / BLOCK);
             (z * counts[1] + y) * counts[0] + x
         };
-        let rims = rims_of_blocks(samples, areas.len(), block_of);
+        let rims = if is_mirrored {
+            creases_of_blocks(samples, areas.len(), block_of)
+        } else {
+            rims_of_blocks(samples, areas.len(), block_of)
+        };
         let blocks = (0..DRAWN).map(|stratum| {
             let [from, to] = [stratum, stratum + 1].map(|at| at * with_surface.len() / DRAWN);
             let at = with_surface[from + (scattered(stratum as u64) % (to - from) as u64) as usize];
@@ -70,7 +77,8 @@ impl Drawn<'_> {
         });
         let blocks = blocks.collect();
         let total = areas.iter().sum();
-        Some(Drawn { samples, blocks, total, with_surface: with_surface.len() })
+        let field = Field { samples, level: 0, mirrors };
+        Some(Drawn { field, blocks, total, with_surface: with_surface.len() })
     }
 
     pub(super) fn area(&self) -> BlurredArea {
@@ -97,7 +105,7 @@ impl Drawn<'_> {
         let scatter = (count * left * squares / (count - 1.0)).sqrt();
         let used = Variations::sum(&blocks);
         let rims: f64 = self.blocks.iter().map(|block| block.rims).sum();
-        let doubt = RIM_DOUBT * of_rims(used.scale, has_edges) * rims;
+        let doubt = doubt_of(self.field.mirrors) * of_rims(used.scale, has_edges) * rims;
         let u = self.total / known * scatter.hypot(used.uncertainty(has_edges)).hypot(doubt);
         BlurredArea { area: ratio * self.total, u, order, has_edges, is_fine: total.is_fine() }
     }
@@ -108,7 +116,7 @@ impl Drawn<'_> {
         let sums = |from: [i64; 3]| {
             // The layer around the volume comes before its first sample.
             let from = from.map(|at| at + 1);
-            kernels.each_ref().map(|kernel| block(self.samples, kernel, from, 0))
+            kernels.each_ref().map(|kernel| block(self.field, kernel, from))
         };
         let of_block =
             |block: &Block| Variations { scale, sums: sums(block.from) }.with_rims(block.rims);
@@ -117,14 +125,14 @@ impl Drawn<'_> {
 }
 
 /// The area of marching cubes in each block of a layer of blocks, by their lowest corners.
-fn areas(samples: &Samples, counts: [usize; 2], layer: usize) -> Vec<f64> {
+fn areas(scan: Scan<'_>, counts: [usize; 2], layer: usize) -> Vec<f64> {
     let of_code = marching_areas();
     let mut areas = vec![0.0; counts[0] * counts[1]];
     // Cell z of the padded volume has its lowest corner at sample z - 1.
     let start = layer * BLOCK + 1;
-    let end = (start + BLOCK).saturating_sub(REACH).min(samples.size()[2] + 1);
+    let end = (start + BLOCK).saturating_sub(REACH).min(scan.samples.size()[2] + 1);
     for z in start.saturating_sub(REACH)..end {
-        mixed_words(samples, z, |y, word, corners, mixed| {
+        scan.mixed_words(z, |y, word, corners, mixed| {
             let row = (y + REACH - 1) / BLOCK * counts[0];
             mixed_codes(word, corners, mixed, |x, code| {
                 areas[row + (x + REACH - 1) / BLOCK] += of_code[usize::from(code)];
@@ -158,7 +166,7 @@ mod tests {
             sx * cy + sy * cz + sz * cx > 0.9
         })
         .unwrap();
-        let drawn = Drawn::new(&samples).unwrap();
+        let drawn = Drawn::new(&samples, Mirrors::default()).unwrap();
         let found = drawn.area();
         let u = found.u;
         assert!(u < 0.004 * found.area, "{found:?}");
@@ -182,9 +190,9 @@ mod tests {
     #[test]
     fn small_volumes_are_blurred_whole() {
         let samples = Samples::from_fn([40; 3], |x, y, z| x + y + z < 60).unwrap();
-        assert!(Drawn::new(&samples).is_none());
+        assert!(Drawn::new(&samples, Mirrors::default()).is_none());
         // Many blocks, of which few have surface.
         let samples = Samples::from_fn([520, 520, 520], |x, y, z| x < 9 && y < 9 && z < 9).unwrap();
-        assert!(Drawn::new(&samples).is_none());
+        assert!(Drawn::new(&samples, Mirrors::default()).is_none());
     }
 }

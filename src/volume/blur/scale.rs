@@ -216,6 +216,9 @@ const RIM_LOSS: f64 = 1.0;
 /// Share of that which is uncertain, for the angles are not known.
 pub(super) const RIM_DOUBT: f64 = 0.25;
 
+/// The same of creases, whose angles are known roughly. Where they are sharp, their sides are near to each other for long.
+pub(super) const CREASE_DOUBT: f64 = 0.4;
+
 /// Share by which steps of the grid raise the total variation, by σ in spacings: the mean over all directions of the surface.
 ///
 /// Integrated, not fitted: the blurred half-space of a direction is a sum of steps, and its slope is known between them. The mean over 12,000

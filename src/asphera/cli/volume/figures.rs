@@ -14,7 +14,7 @@ use super::VolumeArgs;
 use super::measures::{self, Cells, Measures};
 use super::meshed::Meshed;
 use super::nominal::{self, NominalFigures};
-use super::opened::Opened;
+use super::opened::{Border, Opened};
 use super::regular::{self, MeshReachFigures};
 
 /// All figures of a volume. Lengths are mm of the file's frame.
@@ -47,6 +47,8 @@ pub(super) struct VolumeFigures {
     pub(super) missing_cells: u64,
     /// Whether material touches the border of the volume.
     pub(super) touches_border: bool,
+    /// Whether background beyond the border closes the surface there, by `--pad`; otherwise it ends there.
+    pub(super) padded: bool,
     /// Connected parts of the volume; the figures are of those that `--part` asks for.
     pub(super) parts: u64,
 }
@@ -129,7 +131,7 @@ pub(super) struct MeshFigures {
     pub(super) euler: i64,
     pub(super) closed: bool,
     pub(super) oriented: bool,
-    /// Connected borders at which it ends beside missing samples, and their sides.
+    /// Connected borders at which it ends, beside missing samples or at the border of the volume, and their sides.
     pub(super) borders: u64,
     pub(super) border_sides: u64,
 }
@@ -178,8 +180,12 @@ pub(super) fn of(
             .as_ref()
             .map(|missing| counts(&with_missing(samples, missing))),
     };
-    let cells =
-        Cells { histogram: &histogram, euler: topology.euler_6, near_missing: check.near_missing };
+    let cells = Cells {
+        histogram: &histogram,
+        euler: topology.euler_6,
+        near_missing: check.near_missing,
+        are_open: check.near_missing > 0 || opened.border == Border::Open,
+    };
     let measures = measures::of(opened, cells, meshed, &grid);
     let report = VolumeReport {
         format: "asphera.volume/1",
@@ -192,7 +198,8 @@ pub(super) fn of(
             foreground: samples.foreground(),
             missing: opened.levels.missing,
             missing_cells: check.near_missing,
-            touches_border: samples.touches_border(),
+            touches_border: opened.border != Border::Free,
+            padded: opened.border == Border::Padded,
             parts: opened.parts,
         },
         form: None,
@@ -250,11 +257,11 @@ fn grid(
     if let (Some(mesh), None, Verdict::Unknown) = (&mesh, regular_mm, known) {
         why.clone_from(&mesh.why);
     }
-    let is_regular = known == Verdict::Proved && !opened.samples.touches_border();
+    let is_regular = known == Verdict::Proved && opened.border == Border::Free;
     if known == Verdict::Proved {
         let doubt = if opened.levels.missing > 0 {
             Some("samples are missing: what lies there is not known")
-        } else if opened.samples.touches_border() {
+        } else if opened.border != Border::Free {
             Some("the part touches the border of the volume: what lies beyond is not known")
         } else {
             None
@@ -307,12 +314,18 @@ fn reasons(
             "the file states no unit of length: mm is assumed; --spacing overrides it".into(),
         );
     }
-    if opened.samples.touches_border() {
-        reasons.push(
-            "the material touches the border of the volume: the surface is closed there, one sample beyond; figures are of what was \
-             scanned"
+    match opened.border {
+        Border::Free => {}
+        Border::Open => reasons.push(
+            "the material touches the border of the volume: the surface ends there, in the outermost samples; figures are of what was \
+             scanned; --pad closes it"
                 .into(),
-        );
+        ),
+        Border::Padded => reasons.push(
+            "the material touches the border of the volume: background beyond closes the surface there, as --pad asks; its faces there \
+             are none of the part"
+                .into(),
+        ),
     }
     if opened.levels.missing > 0 {
         let found = opened.levels.missing;

@@ -81,13 +81,15 @@ pub(super) struct Cells<'a> {
     pub(super) euler: i64,
     /// Cells with surface beside missing samples.
     pub(super) near_missing: u64,
+    /// Whether the surface ends at missing samples or at the border.
+    pub(super) are_open: bool,
 }
 
 impl Cells<'_> {
     /// The volumes of all methods; where the surface is open, only the count of samples is left.
     fn volumes(&self, voxel_mm3: f64, mesh_mm3: Option<f64>) -> ByMethod {
         let volume = |fractions: &Fractions| voxel_mm3 * self.histogram.volume(fractions);
-        let closed = |fractions: Fractions| (self.near_missing == 0).then(|| volume(&fractions));
+        let closed = |fractions: Fractions| (!self.are_open).then(|| volume(&fractions));
         ByMethod {
             voxels: volume(&voxel_fractions()),
             mi: closed(majority_fractions(Majority::Foreground)),
@@ -176,13 +178,11 @@ fn cubic_area(
 ) -> AreaMeasure {
     let samples = &opened.samples;
     let (square_mm2, surface_euler) = (h_mm * h_mm, 2 * cells.euler);
-    let blurred = match &opened.missing {
-        Some(missing) => open_area(samples, missing),
-        None => blurred_area(samples),
-    };
+    let gaps = opened.gaps();
+    let blurred = if gaps.is_any() { open_area(samples, gaps) } else { blurred_area(samples) };
     let mut others = OtherAreas { mesh, semi_local: None, difference: None };
     let (mut low, mut high) = (None, None);
-    if samples.len() <= TUBE_SAMPLES && opened.missing.is_none() {
+    if samples.len() <= TUBE_SAMPLES && !gaps.is_any() {
         // Distances between 2r′ and r − 2r′, where the bounds hold; without r only the one of the plain estimate.
         let mut radii = vec![PLAIN_REACH, QUOTIENT_REACH / 2.0, QUOTIENT_REACH];
         if let Some(r) = regular {

@@ -84,10 +84,8 @@ fn whole(
         }
         None => reconstruct(samples, &method, &Middles)?,
     };
-    let surface = match &opened.missing {
-        Some(missing) => surface.without_missing(missing),
-        None => surface,
-    };
+    let gaps = opened.gaps();
+    let surface = if gaps.is_any() { surface.without_gaps(samples.size(), gaps) } else { surface };
     let surface = surface.moved(|vertex| frame.place_mm(vertex), frame.is_mirror());
     files.iter().try_for_each(|path| write_mesh(path, &surface))?;
     Ok(surface.figures())
@@ -117,7 +115,7 @@ fn by_bands(
     reader: Option<SliceReader>,
     files: &[PathBuf],
 ) -> Result<Meshed, Failure> {
-    let bands = Bands::with_missing(&opened.samples, opened.missing.as_ref(), Ambiguity::Paired);
+    let bands = bands(opened);
     let mut growing = files
         .iter()
         .map(|path| GrowingFile::new(path, bands.vertices()))
@@ -162,9 +160,9 @@ fn by_bands(
     Ok(Meshed { figures, moved_areas: moved.map(|moved| moved.sums) })
 }
 
-/// The surface by modified marching cubes, up to the missing samples.
+/// The surface by modified marching cubes, up to the gaps.
 fn bands(opened: &Opened) -> Bands<'_> {
-    Bands::with_missing(&opened.samples, opened.missing.as_ref(), Ambiguity::Paired)
+    Bands::with_gaps(&opened.samples, opened.gaps(), Ambiguity::Paired)
 }
 
 /// Areas of marching cubes at three thresholds, with the triangles of the middle one.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use asphera_formats::volume::{self, Frame, UnitKnown, Values, Volume};
 use asphera_formats::{Format, ReadError};
-use asphera_volume::{Levels, Parts, Samples, SlabBuilder, components};
+use asphera_volume::{Gaps, Levels, Parts, Samples, SlabBuilder, components};
 
 use super::super::files::read;
 use super::super::output::Failure;
@@ -21,6 +21,8 @@ pub(super) struct Opened {
     pub(super) levels: Levels,
     /// Samples without a value, as foreground; `None` where there are none.
     pub(super) missing: Option<Samples>,
+    /// Where material touches the border of the volume.
+    pub(super) border: Border,
     /// Foreground samples at the threshold moved down and up by 1 % of the contrast.
     pub(super) moved_foreground: Option<[u64; 2]>,
     /// Parts there are, before one was chosen.
@@ -32,7 +34,23 @@ pub(super) struct Opened {
     format: Format,
 }
 
+/// What becomes of the surface at the border of the volume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Border {
+    /// Nothing, for no material touches it.
+    Free,
+    /// It ends there.
+    Open,
+    /// Background beyond closes it, as was asked for.
+    Padded,
+}
+
 impl Opened {
+    /// Where the surface ends.
+    pub(super) fn gaps(&self) -> Gaps<'_> {
+        Gaps { missing: self.missing.as_ref(), at_border: self.border == Border::Open }
+    }
+
     /// The volume as it was read; `None` of one that was read slice by slice.
     pub(super) fn into_volume(self) -> Option<Volume> {
         let Grey::Whole(values) = self.values else { return None };
@@ -122,6 +140,11 @@ impl Thresholded {
                 (part, parts.count() as u64)
             }
         };
+        let border = match (samples.touches_border(), args.pad) {
+            (false, _) => Border::Free,
+            (true, true) => Border::Padded,
+            (true, false) => Border::Open,
+        };
         let is_chosen = parts > 1 && args.part != Part::All;
         Ok(Opened {
             samples,
@@ -131,6 +154,7 @@ impl Thresholded {
             threshold_source,
             levels,
             missing,
+            border,
             moved_foreground: moved_foreground.filter(|_| !is_chosen),
             parts,
             is_chosen,

@@ -8,6 +8,7 @@ use serde_json::Value;
 
 use super::{figures, form, meshed, opened};
 
+mod border;
 mod missing;
 mod regular;
 use crate::cli::demo::ct::lay_out;
@@ -300,7 +301,8 @@ fn trilinear_knows_grey_values() {
             file.extend(f32::to_le_bytes(value));
         }
         let found =
-            figures_of(&file, "nrrd", &["--threshold", "0", "--method", "trilinear"]).unwrap();
+            figures_of(&file, "nrrd", &["--threshold", "0", "--method", "trilinear", "--pad"])
+                .unwrap();
         assert_eq!(found["mesh"]["closed"], true);
         found["topology"]["surfaces"].as_array().unwrap().len()
     };

@@ -1,8 +1,8 @@
 //! A surface that comes band by band is that of the whole volume, and so are its figures.
 
 use asphera_volume::{
-    Ambiguity, Bands, Grey, GreySlices, Histogram, Middles, Parts, Samples, Surface, SurfaceBand,
-    SurfaceTally, Topology, cavities, components, marching_cubes,
+    Ambiguity, Bands, Gaps, Grey, GreySlices, Histogram, Middles, Parts, Samples, Surface,
+    SurfaceBand, SurfaceTally, Topology, cavities, components, marching_cubes,
 };
 
 use crate::noise::Random;
@@ -81,15 +81,17 @@ fn bands_are_the_surface() {
     }
 }
 
-/// Noise with missing samples: the bands end where the whole surface does, which is cut after it was made.
+/// Noise with missing samples and with open borders: the bands end where the whole surface does, which is cut after it was made.
 #[test]
-fn bands_end_at_missing_samples() {
+fn bands_end_at_gaps() {
     let mut random = Random::new(12);
     for (size, share, lacking) in [
         ([66, 7, 9], 0.1, 0.01),
         ([9, 30, 12], 0.5, 0.05),
         ([70, 5, 1], 0.7, 0.02),
         ([130, 9, 8], 0.4, 0.1),
+        ([64, 4, 8], 0.5, 0.0),
+        ([63, 8, 4], 0.5, 0.01),
         ([3, 3, 3], 0.5, 1.0),
     ] {
         let missing = random.volume(size, lacking);
@@ -97,10 +99,17 @@ fn bands_end_at_missing_samples() {
             random.unit() < share && !missing.get([x as i64, y as i64, z as i64])
         })
         .unwrap();
-        let whole = marching_cubes(&samples, Ambiguity::Paired, &Middles).without_missing(&missing);
-        let bands = Bands::with_missing(&samples, Some(&missing), Ambiguity::Paired);
-        for height in [1, 2, 5, 100] {
-            assert_same(&samples, &whole, &cut_in_bands(&samples, &bands, height, None));
+        for gaps in [
+            Gaps::missing(&missing),
+            Gaps { missing: Some(&missing), at_border: true },
+            Gaps { missing: None, at_border: true },
+        ] {
+            let whole =
+                marching_cubes(&samples, Ambiguity::Paired, &Middles).without_gaps(size, gaps);
+            let bands = Bands::with_gaps(&samples, gaps, Ambiguity::Paired);
+            for height in [1, 2, 5, 100] {
+                assert_same(&samples, &whole, &cut_in_bands(&samples, &bands, height, None));
+            }
         }
     }
 }

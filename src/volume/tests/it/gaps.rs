@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use asphera_volume::{
-    Ambiguity, BALL_RADIUS, Blend, Grey, Majority, Method, Middles, Samples, Surface, VolumeBounds,
-    blurred_area, open_area, reconstruct, trilinear_surface, with_missing,
+    Ambiguity, BALL_RADIUS, Blend, Gaps, Grey, Majority, Method, Middles, Samples, Surface,
+    VolumeBounds, blurred_area, open_area, reconstruct, trilinear_surface, with_missing,
 };
 
 use crate::noise::Random;
@@ -40,11 +40,14 @@ impl Scanned {
     }
 
     fn surface(&self, method: &Method) -> Surface {
-        reconstruct(&self.samples, method, &self.grey()).unwrap().without_missing(&self.missing)
+        reconstruct(&self.samples, method, &self.grey())
+            .unwrap()
+            .without_gaps(self.missing.size(), Gaps::missing(&self.missing))
     }
 }
 
-const METHODS: [Method; 7] = [
+/// All methods.
+pub(crate) const METHODS: [Method; 7] = [
     Method::Marching(Ambiguity::Paired),
     Method::Majority(Majority::Foreground),
     Method::Majority(Majority::Complement),
@@ -67,7 +70,8 @@ fn a_gap_of_slices_cuts_a_ball_into_two_caps() {
         assert_eq!((euler, found.euler()), (vec![1, 1], 2), "{method:?}");
         assert!(found.pieces.iter().all(|piece| piece.genus.is_none() && piece.volume.is_none()));
     }
-    let grey = trilinear_surface(&scan.samples, &scan.grey()).without_missing(&scan.missing);
+    let grey = trilinear_surface(&scan.samples, &scan.grey())
+        .without_gaps(scan.missing.size(), Gaps::missing(&scan.missing));
     assert_eq!((grey.figures().borders, grey.euler()), (2, 2));
     // Surface is left below slice 3 and above slice 6.
     let truth = 2.0 * PI * 20.3 * (2.0 * 20.3 - 3.0);
@@ -103,10 +107,10 @@ fn none_and_all_missing() {
     let samples = Random::new(3).volume([12, 9, 7], 0.4);
     let none = Samples::background([12, 9, 7]).unwrap();
     let surface = marching(&samples);
-    assert_eq!(surface.clone().without_missing(&none), surface);
-    assert_eq!(open_area(&samples, &none), blurred_area(&samples));
+    assert_eq!(surface.clone().without_gaps(none.size(), Gaps::missing(&none)), surface);
+    assert_eq!(open_area(&samples, Gaps::missing(&none)), blurred_area(&samples));
     let all = none.complement();
-    assert_eq!(surface.without_missing(&all), Surface::default());
+    assert_eq!(surface.without_gaps(all.size(), Gaps::missing(&all)), Surface::default());
     assert_eq!(with_missing(&none, &all), all);
     let bounds = VolumeBounds::with_missing(&none, Some(&all), None);
     assert!(bounds.low == 0.0 && bounds.high >= 12.0 * 9.0 * 7.0, "{bounds:?}");
@@ -125,7 +129,7 @@ fn the_area_beside_gaps_is_that_of_the_zones() {
         (&slices, 2.0 * PI * radius * (2.0 * radius - 7.0), "slices"),
         (&wedge, 0.75 * all, "wedge"),
     ] {
-        let found = open_area(&scan.samples, &scan.missing);
+        let found = open_area(&scan.samples, Gaps::missing(&scan.missing));
         let error = found.area / truth - 1.0;
         assert!(error.abs() < 0.01, "{name}: {error} {found:?}");
         assert!((found.area - truth).abs() < 2.0 * found.u, "{name}: {found:?} {truth}");

@@ -14,4 +14,5 @@ mod knots;
 mod measures;
 mod meshes;
 mod noise;
+mod open_border;
 mod regular;
