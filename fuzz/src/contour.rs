@@ -39,8 +39,13 @@ impl Drawing {
     /// At most 64 points, each place once.
     fn places_mm(&self) -> Vec<PlaceMm> {
         let far_mm = [0.0, 1e6, 3e11][usize::from(self.shift % 3)];
-        let mut places: Vec<PlaceMm> =
-            self.points.iter().take(64).map(|it| it.at_mm()).map(|[x, y]| [x + far_mm, y]).collect();
+        let mut places: Vec<PlaceMm> = self
+            .points
+            .iter()
+            .take(64)
+            .map(|it| it.at_mm())
+            .map(|[x, y]| [x + far_mm, y])
+            .collect();
         // What no method takes is refused with its row; the rest is taken.
         if let Err(refused) = Samples::new(&places) {
             assert!(is_short(&refused.to_string()));
@@ -129,9 +134,8 @@ fn strokes(found: &Strokes, set: &Triangulation) {
     let all = Method::Delaunay.run(set, &Parameters::new()).map(|it| it.edges().len()).unwrap_or(0);
     assert!(found.gaps.len() <= all);
     let corners = |it: [u32; 3]| it.map(|corner| set.place(corner));
-    let doubled = |[a, b, c]: [PlaceMm; 3]| {
-        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-    };
+    let doubled =
+        |[a, b, c]: [PlaceMm; 3]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
     let hull_mm2: f64 = set.triangles().iter().map(|&it| 0.5 * doubled(corners(it))).sum();
     let area_mm2 = found.region.area_mm2(set.samples());
     assert!(area_mm2 <= hull_mm2 * (1.0 + 1e-6) + 1e-6, "{area_mm2} of {hull_mm2}");

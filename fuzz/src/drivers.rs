@@ -1,13 +1,15 @@
 //! Bytes of a device, cut and timed anyhow, and what must hold for whatever a driver makes of them.
 //!
 //! The first byte of an input chooses the device. Pieces follow: a byte of time or of what happens, a byte of length, and
-//! as many bytes from the device.
+//! as many bytes from the device. The variable `ASPHERA_FUZZ_DEVICE` chooses one device for all inputs, by its row in
+//! [`DEVICES`]; the row behind the last is the proposal of settings.
 
+use std::sync::LazyLock;
 use std::time::Duration;
 
 use asphera_link::{
-    CanFrame, Capture, Carries, Command, Driver, Event, Family, Fault, Input, Motion, Nanos,
-    Reading,
+    CanFrame, Capture, Carries, Command, DeviceSettings, Driver, Event, Family, Fault, Input,
+    Motion, Nanos, Reading,
 };
 
 /// Gives an input to a driver and checks what came out of it.
@@ -17,20 +19,21 @@ use asphera_link::{
 /// Where a law is broken.
 pub fn hold(input: &[u8]) {
     let [which, script @ ..] = input else { return };
-    let which = usize::from(*which) % (DEVICES.len() + 1);
-    let Some((family, settings, is_stream)) = DEVICES.get(which) else {
+    let which = ONE_DEVICE.unwrap_or(usize::from(*which)) % (DEVICES.len() + 1);
+    let Some((family, _, is_stream)) = DEVICES.get(which) else {
         proposed(script);
         return;
     };
-    let mut machine = Machine::new(*family, driver(*family, settings));
+    let new_driver = || driver(&*SETTINGS[which]);
+    let mut machine = Machine::new(*family, new_driver());
     for (what, bytes) in pieces(script) {
         machine.happen(what);
         machine.receive(bytes);
     }
     if *is_stream {
         let pieces: Vec<&[u8]> = pieces(script).map(|(_, bytes)| bytes).collect();
-        let whole = readings(driver(*family, settings), &[&pieces.concat()]);
-        assert_eq!(readings(driver(*family, settings), &pieces), whole, "chunks change readings");
+        let whole = readings(new_driver(), &[&pieces.concat()]);
+        assert_eq!(readings(new_driver(), &pieces), whole, "chunks change readings");
     }
 }
 
@@ -104,9 +107,18 @@ const DEVICES: [(Family, &str, bool); 23] = [
     (asphera_cia406::FAMILY, "node_id = 5\nlisten_only = true\nstep_nm = 100", false),
 ];
 
-fn driver(family: Family, settings: &str) -> Box<dyn Driver> {
-    let settings = family.parse("settings", settings);
-    let settings = settings.unwrap_or_else(|problems| panic!("{problems}"));
+/// Settings of [`DEVICES`], read once: to read them for each input took most of its time.
+static SETTINGS: LazyLock<Vec<Box<dyn DeviceSettings>>> =
+    LazyLock::new(|| DEVICES.iter().map(|(family, text, _)| settings(*family, text)).collect());
+
+static ONE_DEVICE: LazyLock<Option<usize>> =
+    LazyLock::new(|| std::env::var("ASPHERA_FUZZ_DEVICE").ok()?.parse().ok());
+
+fn settings(family: Family, text: &str) -> Box<dyn DeviceSettings> {
+    family.parse("settings", text).unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+fn driver(settings: &dyn DeviceSettings) -> Box<dyn Driver> {
     settings.driver().unwrap_or_else(|problems| panic!("{problems:?}"))
 }
 
@@ -274,7 +286,7 @@ fn proposed(bytes: &[u8]) {
     for remark in &proposal.remarks {
         assert!(!remark.contains(char::is_control), "{remark:?}");
     }
-    if let Some(settings) = proposal.settings {
-        readings(driver(family, &settings), &[bytes]);
+    if let Some(text) = proposal.settings {
+        readings(driver(&*settings(family, &text)), &[bytes]);
     }
 }

@@ -7,4 +7,5 @@ pub mod http;
 pub mod laws;
 pub mod readers;
 pub mod scan;
+pub mod space;
 pub mod toml;
