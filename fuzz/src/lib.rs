@@ -9,3 +9,4 @@ pub mod readers;
 pub mod scan;
 pub mod space;
 pub mod toml;
+pub mod volumes;
