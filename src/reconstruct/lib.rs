@@ -14,6 +14,7 @@ mod convection;
 mod delaunay;
 mod deviation;
 mod draw;
+mod facing;
 mod geometry;
 mod graph;
 mod local;
@@ -44,7 +45,7 @@ pub use graph::{
     MOST_HOPS, MOST_NEIGHBOURS, NoSurface, PointGraph, Stage,
 };
 pub use local::{FacetChanges, LocalSurface, MOST_POINTS, SurfaceByPlace, TooManyPoints, local};
-pub use natural::{NATURAL_BOUND, Natural, natural};
+pub use natural::{NATURAL_BOUND, Natural, natural, natural_toward};
 pub use prove::{Proof, ProofError, prove};
 pub use robust_cocone::{RobustCocone, robust_cocone};
 pub use sampling::{LISTED_ABOVE, SamplingCondition};

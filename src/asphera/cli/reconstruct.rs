@@ -39,8 +39,12 @@ pub(super) struct ReconstructArgs {
     alpha: Option<f64>,
     #[command(flatten)]
     graph: GraphArgs,
+    /// From the surface to the probe that looked at it: open parts are turned so that they face this way. `natural` takes the side that
+    /// lies this way as outside, which suits parts that were seen from one side.
+    #[arg(long, value_name = "X,Y,Z", value_parser = way, allow_hyphen_values = true)]
+    toward: Option<[f64; 3]>,
     /// Run every method and print a row of figures for each.
-    #[arg(long, conflicts_with_all = ["method", "out", "sweep"])]
+    #[arg(long, conflicts_with_all = ["method", "out", "sweep", "toward"])]
     compare: bool,
     /// With --compare: the true surface, to which distances are given.
     #[arg(long, value_name = "MESH", requires = "compare")]
@@ -104,6 +108,17 @@ impl MethodName {
     }
 }
 
+/// Three numbers that are not all 0.
+fn way(word: &str) -> Result<[f64; 3], String> {
+    let numbers: Vec<f64> = word.split(',').filter_map(|part| part.trim().parse().ok()).collect();
+    match (<[f64; 3]>::try_from(&numbers[..]), word.split(',').count()) {
+        (Ok(way @ [x, y, z]), 3) if (x * x + y * y + z * z).is_normal() => Ok(way),
+        _ => Err(format!(
+            "expected the way to the probe as three numbers that are not all 0, like 0,0,1; found `{word}`"
+        )),
+    }
+}
+
 pub(super) fn run(args: &ReconstructArgs) -> Result<Exit, Failure> {
     if let Some(out) = &args.out {
         refuse(out, &args.source, args.force)?;
@@ -149,8 +164,11 @@ fn made(args: &ReconstructArgs) -> Result<Made, Failure> {
     let points_mm: Vec<PointMm> = source.points().collect();
     progress.stage("meshing");
     let clock = Clock::start();
-    let Found { surface: reconstruction, figures, stages } =
-        found(args, args.method, &points_mm, &clock)?;
+    let Found { surface, figures, stages } = found(args, args.method, &points_mm, &clock)?;
+    let reconstruction = match args.toward {
+        Some(way) => surface.facing(&points_mm, way),
+        None => surface,
+    };
     let meshed = clock.now();
     progress.stage("proving");
     let proof = prove(&points_mm, &reconstruction.facets)?;
@@ -177,8 +195,8 @@ fn found(
 ) -> Result<Found, Failure> {
     let named = |why: &dyn std::fmt::Display| format!("{}: {why}", args.source.display());
     if let Some(method) = method.of_delaunay() {
-        let (surface, figures) =
-            delaunay::surface(method, points_mm, args.alpha).map_err(|why| named(&why))?;
+        let (surface, figures) = delaunay::surface(method, points_mm, args.alpha, args.toward)
+            .map_err(|why| named(&why))?;
         return Ok(Found { surface, figures: Some(figures), stages: None });
     }
     if method == MethodName::Graph {
@@ -222,7 +240,7 @@ fn compared(args: &ReconstructArgs) -> Result<Comparison, Failure> {
         let clock = Clock::start();
         // A wrap of a ball is a complex, and no surface to compare.
         let found = match method {
-            MethodName::Wrap => delaunay::surface(DelaunayMethod::Wrap, &points_mm, None)
+            MethodName::Wrap => delaunay::surface(DelaunayMethod::Wrap, &points_mm, None, None)
                 .map(|(surface, figures)| Found { surface, figures: Some(figures), stages: None }),
             _ => found(args, method, &points_mm, &clock),
         };

@@ -152,6 +152,43 @@ fn methods_over_the_delaunay_triangulation_say_whether_their_condition_is_met() 
     assert!(refused.to_string().contains("exactly in a plane"), "{refused}");
 }
 
+/// A bowl seen from above: its facets face the probe by every method, and a ball stays turned outwards.
+#[test]
+fn open_parts_face_the_probe() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("bowl.xyz");
+    let all = ball(24);
+    let volume_of = |points: &[PointMm], toward: &str, method: &str| {
+        let text: String = points.iter().map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+        std::fs::write(&file, text).unwrap();
+        let path = file.to_str().unwrap();
+        let words = ["asphera", "reconstruct", path, "--method", method, "--toward", toward];
+        let Command::Reconstruct(args) = Cli::try_parse_from(words).unwrap().command else {
+            panic!()
+        };
+        let (_, points, facets) = made(&args).unwrap();
+        // About the middle: above 0 where facets are turned outwards.
+        let volume = |facet: &[u32; 3]| {
+            let [a, b, c] = facet.map(|corner| points[corner as usize]);
+            a[0] * (b[1] * c[2] - b[2] * c[1])
+                + a[1] * (b[2] * c[0] - b[0] * c[2])
+                + a[2] * (b[0] * c[1] - b[1] * c[0])
+        };
+        facets.iter().map(volume).sum::<f64>()
+    };
+    let bowl: Vec<PointMm> = all.iter().copied().filter(|[_, _, z]| *z < -1.0).collect();
+    for method in ["local", "cocone", "natural", "tangential"] {
+        assert!(volume_of(&bowl, "0,0,-1", method) > 0.0, "{method}");
+        assert!(volume_of(&bowl, "0,0,1", method) < 0.0, "{method}");
+        assert!(volume_of(&all, "0,0,1", "local") > 0.0);
+    }
+    for word in ["0,0,0", "1,2", "1,2,x", "0,0,1,1", "nan,0,0"] {
+        let words = ["asphera", "reconstruct", "bowl.xyz", "--toward", word];
+        let refused = Cli::try_parse_from(words).err().expect("no way").to_string();
+        assert!(refused.contains("like 0,0,1"), "{refused}");
+    }
+}
+
 #[test]
 fn all_methods_are_compared_with_the_truth() {
     let folder = tempfile::tempdir().unwrap();
