@@ -27,6 +27,7 @@ mod tour;
 mod transport;
 mod tree;
 mod vision;
+mod voronoi_labelling;
 
 pub use ball_pivoting::{ball_pivoting, pivoting_radii_mm};
 pub use connect2d::{connect2d, sig_connect2d};
@@ -50,3 +51,4 @@ pub use tour::{MOST_FOR_TOUR, tsp};
 pub use transport::{Transport, optimal_transport, transport_tolerance_mm};
 pub use tree::emst_curve;
 pub use vision::{discur, vicur};
+pub use voronoi_labelling::voronoi_labelling;

@@ -12,7 +12,7 @@ use crate::curves::{
     connect2d, conservative_crust, crawl, crust, discur, edge_exchange, emst_curve, fit_connect,
     gathan, gathan_g, hiyoshi, hnn_crust, lee, lee_reach_mm, lenz, nn_crust, one_sided_hnn_crust,
     one_step_crust, optimal_transport, peel, pivoting_radii_mm, regular_shape, sig_connect2d,
-    stretch_denoise, transport_tolerance_mm, tsp, vicur,
+    stretch_denoise, transport_tolerance_mm, tsp, vicur, voronoi_labelling,
 };
 use crate::graphs::{
     MOST_FOR_PAIRS, bc0, beta_skeleton, delaunay, emst, gabriel, gamma_neighbourhood,
@@ -66,6 +66,8 @@ pub enum Method {
     ConservativeCrust,
     /// [`crawl`].
     Crawl,
+    /// [`voronoi_labelling`].
+    VoronoiLabelling,
     /// [`peel`].
     Peel,
     /// [`connect2d`].
@@ -415,6 +417,7 @@ impl Method {
             Method::HnnCrust => hnn_crust(triangulation),
             Method::ConservativeCrust => conservative_crust(triangulation, value("rho")),
             Method::Crawl => crawl(triangulation),
+            Method::VoronoiLabelling => voronoi_labelling(triangulation),
             Method::Peel => peel(triangulation, value("delta")),
             Method::Connect2d => connect2d(triangulation),
             Method::SigConnect2d => sig_connect2d(triangulation),

@@ -61,6 +61,11 @@ fn of_curve(method: &Method) -> Facts {
             "Dey, Mehlhorn, Ramos 2000; text not at hand",
         ),
         Method::Crawl => ("crawl", "none", "Parakkat, Muthuganapathy 2016, as its public program"),
+        Method::VoronoiLabelling => (
+            "voronoi-labelling",
+            "none",
+            "Parakkat, Methirumangalath, Muthuganapathy 2018, after a public program; text not at hand",
+        ),
         Method::Peel => (
             "peel",
             "none",

@@ -5,7 +5,7 @@ use crate::Condition;
 
 impl Method {
     /// All methods: graphs first, then curves, then regions.
-    pub const ALL: [Method; 49] = [
+    pub const ALL: [Method; 50] = [
         Method::Delaunay,
         Method::Emst,
         Method::Rng,
@@ -23,6 +23,7 @@ impl Method {
         Method::HnnCrust,
         Method::ConservativeCrust,
         Method::Crawl,
+        Method::VoronoiLabelling,
         Method::Peel,
         Method::Connect2d,
         Method::SigConnect2d,

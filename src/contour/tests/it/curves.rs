@@ -3,6 +3,7 @@
 use asphera_contour::curves::{
     connect2d, conservative_crust, crawl, crust, discur, emst_curve, gathan, hnn_crust, lenz,
     nn_crust, one_sided_hnn_crust, one_step_crust, peel, regular_shape, sig_connect2d, vicur,
+    voronoi_labelling,
 };
 use asphera_contour::graphs::{delaunay, gabriel};
 use asphera_contour::{Graph, Kind, Method, Parameters, PlaceMm, SampleId, Triangulation};
@@ -336,4 +337,30 @@ fn regular_shapes_follow_the_sum_of_angles() {
         // But for ties the default is the one-step crust.
         assert_eq!(half, one_step_crust(&set).crust);
     }
+}
+
+/// Bays that open outwards are found, a bay with a narrow mouth is not: nothing outside the hull leads there.
+#[test]
+fn voronoi_labels_spread_into_open_bays() {
+    for lobes in [2.0, 3.0, 7.0] {
+        let count = 600;
+        let points: Vec<PlaceMm> = (0..count)
+            .map(|at| {
+                let turn = f64::from(at) / f64::from(count) * std::f64::consts::TAU;
+                let radius = 10.0 + 1.7 * (lobes * turn).cos();
+                [radius * turn.cos() + 0.013 * turn, radius * turn.sin()]
+            })
+            .collect();
+        let set = triangulation(&points);
+        assert_eq!(by_row(&voronoi_labelling(&set), &set), closed(count as usize), "{lobes}");
+    }
+    // Two samples near to each other within a ring: no vertex beyond the hull sees them.
+    let mut ring = circle(60);
+    let outside = by_row(&voronoi_labelling(&triangulation(&ring)), &triangulation(&ring));
+    ring.extend([[0.1, 0.2], [0.15, 0.17]]);
+    let set = triangulation(&ring);
+    assert_eq!(by_row(&voronoi_labelling(&set), &set), outside);
+    // On one line the samples that follow each other are joined.
+    let line = triangulation(&[[0.0, 0.0], [1.0, 1.0], [3.0, 3.0]]);
+    assert_eq!(by_row(&voronoi_labelling(&line), &line), [[0, 1], [1, 2]]);
 }
