@@ -35,7 +35,13 @@ pub(super) struct CompareArgs {
     #[arg(long, value_enum, default_value = "default")]
     method: Method,
     /// The functions of the graphs of --method seed, as `asphera graph --function` takes them.
-    #[arg(long, value_name = "FUNCTION", default_value = "pca:1")]
+    #[arg(
+        long,
+        visible_alias = "functions",
+        value_name = "FUNCTION",
+        value_delimiter = ' ',
+        default_value = "pca:1"
+    )]
     function: Vec<FunctionChoice>,
     /// The strips of these graphs: the same for all shapes, for sizes of graphs count.
     #[arg(long, value_name = "N", default_value = "50")]

@@ -33,7 +33,8 @@ pub(super) struct GraphArgs {
     /// The function whose range is cut into strips: height:x, height:y, height:z, height:DX,DY,DZ; pca:1 to pca:3, the height along a
     /// principal axis; centre, point:X,Y,Z, axis:X,Y,Z,DX,DY,DZ: distances; log, square, saddle of the coordinates; geodesic from an
     /// end, geodesic:N the mean over N sources; laplacian:N the Nth eigenfunction; harmonic from end to end; heat:T what heat is left
-    /// after the time T, in units of the slowest decay; column:N the numbers of column N of a text file.
+    /// after the time T, in units of the slowest decay; arrival, the number of each point in the order in which they came; column:N the
+    /// numbers of column N of a text file.
     #[arg(long, value_name = "FUNCTION", default_value = "pca:1")]
     function: FunctionChoice,
     /// The strips: auto, a number of equal width, equal:N of equally many points, or the values between them.
@@ -150,9 +151,16 @@ impl GraphArgs {
         Choices { tau_mm: self.tau.0, strips, pieces, min_loop: self.min_loop }
     }
 
-    /// The numbers of the column that is the function, if it is one.
-    fn values(&self, source: &Source) -> Result<Option<Vec<f64>>, Failure> {
-        let FunctionChoice::Column(column) = self.function else { return Ok(None) };
+    /// The numbers of the points that are the function, where it is a column or arrival.
+    fn values(&self, source: &Source, points: usize) -> Result<Option<Vec<f64>>, Failure> {
+        let column = match self.function {
+            FunctionChoice::Column(column) => column,
+            FunctionChoice::Arrival if self.sampled.is_asked() => {
+                return Err("--function arrival: points that --sample draws came in no order; leave one of both out".into());
+            }
+            FunctionChoice::Arrival => return Ok(Some((0..points).map(|at| at as f64).collect())),
+            _ => return Ok(None),
+        };
         let name = self.source.display().to_string();
         if self.sampled.is_asked() || source.origin().is_none() {
             return Err(format!(
@@ -178,7 +186,7 @@ pub(super) fn run(args: &GraphArgs) -> Result<Exit, Failure> {
     let source = args.sampled.open(&args.source, &args.text, &progress)?;
     let points: Vec<[f64; 3]> = source.points().collect();
     let name = args.source.display().to_string();
-    let values = args.values(&source)?;
+    let values = args.values(&source, points.len())?;
     let outcome = args.threads.run(|| {
         let function = (&args.function, values.as_deref());
         figures::of((&name, &points), function, (&args.choices(), args.halvings), &progress)

@@ -25,6 +25,8 @@ pub(in crate::cli) enum FunctionChoice {
     Heat(f64),
     /// The numbers of a column of the file, counted from 1.
     Column(usize),
+    /// The place of each point in the order in which they came.
+    Arrival,
 }
 
 impl FromStr for FunctionChoice {
@@ -56,6 +58,7 @@ impl FromStr for FunctionChoice {
             ("laplacian", _, _) => argument.parse().ok().map(FunctionChoice::Laplacian),
             ("harmonic", "", _) => Some(FunctionChoice::Harmonic),
             ("heat", _, &[time]) => Some(FunctionChoice::Heat(time)),
+            ("arrival", "", _) => Some(FunctionChoice::Arrival),
             ("column", ..) => {
                 argument.parse().ok().filter(|&column| column > 0).map(FunctionChoice::Column)
             }
@@ -64,7 +67,7 @@ impl FromStr for FunctionChoice {
         found.ok_or_else(|| {
             format!(
                 "expected height:x, height:y, height:z, height:DX,DY,DZ, pca:1, pca:2, pca:3, centre, point:X,Y,Z, \
-                 axis:X,Y,Z,DX,DY,DZ, log, square, saddle, geodesic, geodesic:N, laplacian:N, harmonic, heat:T or column:N, found `{word}`"
+                 axis:X,Y,Z,DX,DY,DZ, log, square, saddle, geodesic, geodesic:N, laplacian:N, harmonic, heat:T, arrival or column:N, found `{word}`"
             )
         })
     }
@@ -92,17 +95,18 @@ impl FunctionChoice {
             FunctionChoice::Harmonic => "harmonic".into(),
             FunctionChoice::Heat(time) => format!("heat:{time}"),
             FunctionChoice::Column(column) => format!("column:{column}"),
+            FunctionChoice::Arrival => "arrival".into(),
         }
     }
 
-    /// The function of a cloud; `values` are those of the column, one a point of the file.
+    /// The function of a cloud; `values` are those of the column or of arrival, one a point of the file.
     pub(in crate::cli) fn field(
         &self,
         cloud: &Cloud<3>,
         values: Option<&[f64]>,
     ) -> Result<Field, FunctionError> {
         match *self {
-            FunctionChoice::Column(_) => {
+            FunctionChoice::Column(_) | FunctionChoice::Arrival => {
                 // Points at one place share the middle of their values.
                 let values = values.map_or_else(Vec::new, |values| cloud.by_place(values));
                 Ok(Field::given(values))

@@ -75,6 +75,34 @@ fn parts_have_their_place_and_their_holes() {
     assert!(folder.path().join("out/part-2.ply").is_file());
 }
 
+/// A ring measured turn by turn outwards: by arrival each turn is a piece of its own, in a row without a loop. By height it has a loop.
+#[test]
+fn the_order_of_arrival_is_a_function() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("turns.xyz");
+    let mut text = String::new();
+    for (ring, turn) in (0..12).flat_map(|ring| (0..200).map(move |turn| (ring, turn))) {
+        let radius = 10.0 + 0.3 * f64::from(ring);
+        let (sin, cos) = (f64::from(turn) / 200.0 * std::f64::consts::TAU).sin_cos();
+        text += &format!("{} {} 0\n", radius * cos, radius * sin);
+    }
+    std::fs::write(&file, text).unwrap();
+    let done = |more: &[&str]| {
+        let out = folder.path().join("out");
+        let (file, out) = (file.to_str().unwrap(), out.to_str().unwrap());
+        let words = [&["asphera", "graph", file, "--out", out, "--force"], more].concat();
+        let Command::Graph(args) = Cli::try_parse_from(words).unwrap().command else { panic!() };
+        run(&args).map(|_| json(&folder, "graph.json")).map_err(|error| error.to_string())
+    };
+    let arrival = done(&["--function", "arrival", "--strips", "12"]).unwrap();
+    assert_eq!(arrival["function"]["kind"], "arrival");
+    assert_eq!(arrival["function"]["range"], serde_json::json!([0.0, 2399.0]));
+    assert_eq!((&arrival["nodes"], &arrival["loops"]), (&12.into(), &0.into()));
+    assert_eq!(done(&["--function", "height:x"]).unwrap()["loops"], 1);
+    let refused = done(&["--function", "arrival", "--sample", "100"]).unwrap_err();
+    assert!(refused.contains("--sample"), "{refused}");
+}
+
 /// The angle about the axis of a ring as a column: cut along it the ring is open at one end and has no loop.
 #[test]
 fn a_column_of_the_file_is_a_function() {
@@ -114,7 +142,7 @@ fn what_is_no_function_strip_or_tau_is_told() {
         (["graph", "--function", "geodesic:0"], "0 sources"),
         (["graph", "--function", "laplacian:0"], "0 eigenfunctions"),
         (["graph", "--function", "heat:0"], "above 0"),
-        (["graph", "--function", "column:0"], "heat:T or column:N"),
+        (["graph", "--function", "column:0"], "heat:T, arrival or column:N"),
     ] {
         let [verb, flag, value] = words;
         let message = done(&[verb, &format!("{flag}={value}")]).unwrap_err();
