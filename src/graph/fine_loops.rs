@@ -121,7 +121,7 @@ fn thin_strips<const D: usize>(
     let mut links = if places.len() == cloud.len() {
         let mut position_of = vec![0; places.len()];
         (0..).zip(&places).for_each(|(at, &place)| position_of[place as usize] = at);
-        positions(links(cloud, reach_mm)?, &position_of)
+        links(cloud, reach_mm, |place| position_of[place as usize])?
     } else {
         let all = cloud.places();
         let own: Vec<[f64; D]> = places.iter().map(|&place| all[place as usize]).collect();
@@ -129,10 +129,9 @@ fn thin_strips<const D: usize>(
         let mut position_of = vec![0; places.len()];
         let rows = (0..).zip(own.places_of_rows());
         rows.for_each(|(at, &place)| position_of[place as usize] = at);
-        positions(links(&own, reach_mm)?, &position_of)
+        links(&own, reach_mm, |place| position_of[place as usize])?
     };
     links.retain(|link| may_link(link.map(|position| places[position as usize])));
-    links.par_sort_unstable();
     let rise = |link: &[u32; 2]| strip_of[link[1] as usize] - strip_of[link[0] as usize];
     let span = links.par_iter().map(rise).max().unwrap_or(0);
     let linked = Linked { links: &links, strip_of: &strip_of, span };
@@ -141,15 +140,6 @@ fn thin_strips<const D: usize>(
     let jobs = starts.into_par_iter();
     let thin = jobs.flat_map_iter(|start| linked.thin_strips(start..(start + JOB as u32).min(end)));
     Ok((thin.collect(), places))
-}
-
-/// Links by positions, the lower one first.
-fn positions(mut links: Vec<[u32; 2]>, position_of: &[u32]) -> Vec<[u32; 2]> {
-    links.par_iter_mut().for_each(|link| {
-        *link = link.map(|place| position_of[place as usize]);
-        link.sort_unstable();
-    });
-    links
 }
 
 /// Places of a run.

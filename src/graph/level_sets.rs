@@ -32,8 +32,47 @@ pub(crate) struct ThinStrip {
 struct Level {
     /// Positions that are ends, in the order in which they are met.
     ends: Vec<u32>,
-    piece_of_end: Vec<u32>,
-    pieces: u32,
+    /// The first position of each piece.
+    firsts: Vec<u32>,
+}
+
+/// A link across a level.
+struct Crossing {
+    ends: [u32; 2],
+    /// The strip of its upper end.
+    until: u32,
+}
+
+/// What is known of positions about some strips.
+struct Known {
+    /// The first of these positions.
+    first: usize,
+    /// The piece of each position in the level below and in the one above.
+    pieces: [Vec<u32>; 2],
+    /// Positions above each other in the set that it belongs to while a level is made.
+    parents: Vec<u32>,
+}
+
+impl Known {
+    fn piece(&self, level: usize, position: u32) -> Option<u32> {
+        let piece = self.pieces[level][position as usize - self.first];
+        (piece != NONE).then_some(piece)
+    }
+
+    /// The root of a position's set (path halving); a set of its own for one that is met for the first time.
+    fn root(&mut self, position: usize, ends: &mut Vec<u32>) -> usize {
+        if self.parents[position] == NONE {
+            self.parents[position] = position as u32;
+            ends.push((self.first + position) as u32);
+            return position;
+        }
+        let mut at = position;
+        while self.parents[at] as usize != at {
+            self.parents[at] = self.parents[self.parents[at] as usize];
+            at = self.parents[at] as usize;
+        }
+        at
+    }
 }
 
 impl Linked<'_> {
@@ -41,19 +80,21 @@ impl Linked<'_> {
     pub(crate) fn thin_strips(&self, strips: std::ops::Range<u32>) -> Vec<ThinStrip> {
         let first = self.first_of(strips.start.saturating_sub(self.span));
         let end = self.first_of(strips.end.saturating_add(self.span));
-        let mut index = [vec![NONE; end - first], vec![NONE; end - first]];
+        let none = vec![NONE; end - first];
+        let pieces = [none.clone(), none.clone()];
+        let mut known = Known { first, pieces, parents: none };
         let mut active = Vec::new();
         let early = strips.start.saturating_sub(self.span)..strips.start;
         self.start_links(early, strips.start, &mut active);
-        let mut below = self.level(strips.start, &active, first, &mut index[0]);
+        let mut below = level(strips.start, &active, 0, &mut known);
         let mut found = Vec::with_capacity(strips.len());
         for strip in strips {
-            active.retain(|link| self.strip(link[1]) > strip);
+            active.retain(|link| link.until > strip);
             self.start_links(strip..strip + 1, strip + 1, &mut active);
-            let above = self.level(strip + 1, &active, first, &mut index[1]);
-            found.push(self.between(strip, [&below, &above], first, &index));
-            below.ends.iter().for_each(|&end| index[0][end as usize - first] = NONE);
-            index.swap(0, 1);
+            let above = level(strip + 1, &active, 1, &mut known);
+            found.push(self.between(strip, [&below, &above], &known));
+            below.ends.iter().for_each(|&end| known.pieces[0][end as usize - first] = NONE);
+            known.pieces.swap(0, 1);
             below = above;
         }
         found
@@ -73,51 +114,20 @@ impl Linked<'_> {
     }
 
     /// Adds the links that begin in some strips and cross a level.
-    fn start_links(&self, strips: std::ops::Range<u32>, level: u32, active: &mut Vec<[u32; 2]>) {
-        let crossing = self.links_from(strips).iter().filter(|link| self.strip(link[1]) >= level);
-        active.extend(crossing);
-    }
-
-    /// The pieces of the level below strip `level`, none of level 0. `index` numbers the ends.
-    fn level(&self, level: u32, active: &[[u32; 2]], first: usize, index: &mut [u32]) -> Level {
-        let mut ends = Vec::new();
-        if level == 0 {
-            return Level::default();
-        }
-        for link in active {
-            for &end in link {
-                let number = &mut index[end as usize - first];
-                if *number == NONE {
-                    *number = ends.len() as u32;
-                    ends.push(end);
-                }
-            }
-        }
-        let number = |end: u32| index[end as usize - first] as usize;
-        let mut sets = Sets::new(ends.len());
-        active.iter().for_each(|&[a, b]| {
-            sets.join(number(a), number(b));
-        });
-        let (piece_of_end, pieces) = sets.numbered();
-        Level { ends, piece_of_end, pieces }
+    fn start_links(&self, strips: std::ops::Range<u32>, level: u32, active: &mut Vec<Crossing>) {
+        let links = self.links_from(strips).iter();
+        let crossing = links.map(|&ends| Crossing { ends, until: self.strip(ends[1]) });
+        active.extend(crossing.filter(|link| link.until >= level));
     }
 
     /// The pieces of a strip between two levels.
-    fn between(
-        &self,
-        strip: u32,
-        [below, above]: [&Level; 2],
-        first: usize,
-        index: &[Vec<u32>; 2],
-    ) -> ThinStrip {
+    fn between(&self, strip: u32, [below, above]: [&Level; 2], known: &Known) -> ThinStrip {
         let own = self.first_of(strip)..self.first_of(strip + 1);
-        let levels = (below.pieces + above.pieces) as usize;
+        let skipped = [0, below.firsts.len() as u32];
+        let levels = below.firsts.len() + above.firsts.len();
         let mut sets = Sets::new(levels + own.len());
         let piece = |level: usize, position: u32| {
-            let number = index[level][position as usize - first];
-            let of = [below, above][level];
-            let skipped = if level == 0 { 0 } else { below.pieces };
-            (number != NONE).then(|| (skipped + of.piece_of_end[number as usize]) as usize)
+            known.piece(level, position).map(|piece| (skipped[level] + piece) as usize)
         };
         for &end in &above.ends {
             if let (Some(a), Some(b)) = (piece(0, end), piece(1, end)) {
@@ -137,20 +147,48 @@ impl Linked<'_> {
         }
         let (piece_of, count) = sets.numbered();
         let mut pieces = vec![NONE; count as usize];
-        let ends = |level: &Level, skipped: u32| {
-            let of = level.piece_of_end.iter().zip(&level.ends);
-            of.map(move |(&piece, &end)| ((skipped + piece) as usize, end)).collect::<Vec<_>>()
-        };
-        let positions = own.enumerate().map(|(at, position)| (levels + at, position as u32));
-        let ends = [ends(below, 0), ends(above, below.pieces)].concat();
-        for (member, position) in positions.chain(ends) {
-            let known = &mut pieces[piece_of[member] as usize];
-            *known = (*known).min(position);
+        let firsts = below.firsts.iter().chain(&above.firsts).copied();
+        for (&piece, position) in piece_of.iter().zip(firsts.chain(own.map(|at| at as u32))) {
+            let first = &mut pieces[piece as usize];
+            *first = (*first).min(position);
         }
-        let (of_below, rest) = piece_of.split_at(below.pieces as usize);
-        let above = rest[..above.pieces as usize].to_vec();
+        let (of_below, others) = piece_of.split_at(below.firsts.len());
+        let above = others[..above.firsts.len()].to_vec();
         ThinStrip { pieces, below: of_below.to_vec(), above }
     }
+}
+
+/// The pieces of the level below strip `level`, none of level 0. They are numbered by the order in which their ends are met, and
+/// `known` has the piece of each end afterwards.
+fn level(level: u32, active: &[Crossing], side: usize, known: &mut Known) -> Level {
+    let (mut ends, mut firsts) = (Vec::new(), Vec::new());
+    if level == 0 {
+        return Level::default();
+    }
+    let first = known.first;
+    // Links of the same lower end follow one another, and all its upper ends join the same set.
+    let mut last = (NONE, 0);
+    for link in active {
+        let [a, b] = link.ends;
+        if a != last.0 {
+            last = (a, known.root(a as usize - first, &mut ends));
+        }
+        let root = known.root(b as usize - first, &mut ends);
+        known.parents[root] = last.1 as u32;
+    }
+    for &end in &ends {
+        let root = known.root(end as usize - first, &mut Vec::new());
+        let piece = &mut known.pieces[side][root];
+        if *piece == NONE {
+            *piece = firsts.len() as u32;
+            firsts.push(end);
+        }
+        let piece = *piece;
+        known.pieces[side][end as usize - first] = piece;
+        firsts[piece as usize] = firsts[piece as usize].min(end);
+    }
+    ends.iter().for_each(|&end| known.parents[end as usize - first] = NONE);
+    Level { ends, firsts }
 }
 
 /// No number.

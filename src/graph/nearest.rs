@@ -1,7 +1,7 @@
 //! The k nearest places of every place, all at once.
 //!
-//! Places of a leaf share the walk through the tree: bounds come from the places around the leaf, then one search finds
-//! all leaves that can hold a nearer place of any of them (J. Sankaranarayanan, H. Samet, A. Varshney, Computers &
+//! Places of a leaf share the walk through the tree: one search finds all leaves that can hold a neighbour of any of them. How far
+//! neighbours lie is bounded by those of places that are near (J. Sankaranarayanan, H. Samet, A. Varshney, Computers &
 //! Graphics 31 (2007) 157-174, doi:10.1016/j.cag.2006.11.011, do the same with blocks of an octree).
 
 use rayon::prelude::*;
@@ -74,16 +74,15 @@ impl<const D: usize> Cloud<D> {
             jobs.push((run, own, own_distances));
         }
         jobs.into_par_iter().for_each(|(run, ids, distances)| {
-            let mut search = Search::new(self, k);
-            let mut at = 0;
-            for &(leaf, around) in run {
-                let (found, squares) = search.leaf(leaf, around);
-                ids[at..at + found.len()].copy_from_slice(found);
-                for (distance, square) in distances[at..].iter_mut().zip(squares) {
-                    *distance = square.sqrt();
+            let mut rows = ids.chunks_exact_mut(k).zip(distances.chunks_exact_mut(k));
+            Search::new(self, k).leaves(run, |_, nearest| {
+                nearest.sort_unstable();
+                if let Some((ids, distances)) = rows.next() {
+                    for ((id, distance), &entry) in ids.iter_mut().zip(distances).zip(&*nearest) {
+                        (*id, *distance) = (entry.id(), entry.square().sqrt());
+                    }
                 }
-                at += found.len();
-            }
+            });
         });
         Ok(nearest)
     }
@@ -99,8 +98,10 @@ impl<const D: usize> Cloud<D> {
             .par_chunks(RUN)
             .map(|run| {
                 let mut search = Search::new(self, 1);
-                let of_leaf = |&(leaf, around): &(u32, u32)| {
-                    search.leaf(leaf, around).1.iter().map(|square| square.sqrt()).sum::<f64>()
+                let of_leaf = |leaf| {
+                    let mut sum = 0.0;
+                    search.leaf(leaf, &mut |_, nearest| sum += nearest[0].square().sqrt());
+                    sum
                 };
                 run.iter().map(of_leaf).sum()
             })
@@ -119,15 +120,32 @@ impl<const D: usize> Cloud<D> {
         let step = (self.len() / count.max(1)).max(1);
         let chosen: Vec<(u32, u32)> = leaves.into_iter().step_by(step).collect();
         let runs = chosen.par_chunks(RUN).map(|run| {
-            let mut search = Search::new(self, k);
             let mut found = Vec::new();
-            for &(leaf, around) in run {
-                let (_, squares) = search.leaf(leaf, around);
-                found.extend(squares.iter().skip(k - 1).step_by(k).map(|square| square.sqrt()));
-            }
+            Search::new(self, k)
+                .leaves(run, |_, nearest| found.push(nearest[k - 1].square().sqrt()));
             found
         });
         runs.flatten_iter().collect()
+    }
+
+    /// Work on the `k` nearest other places of every place, the farthest of them last and the others in no order. The outcomes of runs of
+    /// places follow one another.
+    pub(crate) fn of_nearest<R: Send>(
+        &self,
+        k: usize,
+        work: impl Fn(PlaceId, &mut [Entry], &mut Vec<R>) + Sync,
+    ) -> Vec<Vec<R>> {
+        let k = k.min(self.len().saturating_sub(1));
+        if k == 0 {
+            return Vec::new();
+        }
+        let leaves = self.leaves(k);
+        let runs = leaves.par_chunks(RUN).map(|run| {
+            let mut outcomes = Vec::new();
+            Search::new(self, k).leaves(run, |place, nearest| work(place, nearest, &mut outcomes));
+            outcomes
+        });
+        runs.collect()
     }
 
     /// Every leaf, with the smallest node about it that holds some three times `k` places.
@@ -180,72 +198,119 @@ impl<const D: usize> Cloud<D> {
     }
 }
 
+/// A place near another one: the bits of the square of its distance, which are in the order of squares, above its number. So entries
+/// sort by distance, and equally near ones by number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Entry(u128);
+
+impl Entry {
+    fn new(square: f64, id: PlaceId) -> Entry {
+        Entry(u128::from(square.to_bits()) << 32 | u128::from(id))
+    }
+
+    /// Square of the distance in mm².
+    pub(crate) fn square(self) -> f64 {
+        f64::from_bits((self.0 >> 32) as u64)
+    }
+
+    pub(crate) fn id(self) -> PlaceId {
+        self.0 as PlaceId
+    }
+}
+
 /// Memory of one thread that searches for the neighbours of leaves.
 struct Search<'a, const D: usize> {
     cloud: &'a Cloud<D>,
     k: usize,
-    squares: Vec<f64>,
-    ids: Vec<PlaceId>,
-    reached: Vec<u32>,
+    reached: Vec<Node<D>>,
     open: Vec<u32>,
+    near: Vec<Entry>,
+    /// Places that were searched last, each with the distance of its farthest neighbour in mm: those of the leaf, and the one before
+    /// it.
+    known: Vec<([f64; D], f64)>,
+    /// The place to come, if leaves follow one another.
+    next: Option<PlaceId>,
 }
 
 impl<'a, const D: usize> Search<'a, D> {
     fn new(cloud: &'a Cloud<D>, k: usize) -> Search<'a, D> {
-        Search {
-            cloud,
-            k,
-            squares: Vec::new(),
-            ids: Vec::new(),
-            reached: Vec::new(),
-            open: Vec::new(),
-        }
+        let (reached, open, near, known) = Default::default();
+        Search { cloud, k, reached, open, near, known, next: None }
     }
 
-    /// The neighbours of all places of a leaf, with the squares of their distances in mm².
-    fn leaf(&mut self, leaf: u32, around: u32) -> (&[PlaceId], &[f64]) {
-        let nodes = &self.cloud.nodes;
-        let (own, about) = (&nodes[leaf as usize], &nodes[around as usize]);
-        let length = self.k * own.len();
-        self.squares.clear();
-        self.squares.resize(length, f64::INFINITY);
-        self.ids.clear();
-        self.ids.resize(length, PlaceId::MAX);
-        let rows = self.squares.chunks_exact_mut(self.k).zip(self.ids.chunks_exact_mut(self.k));
-        let mut farthest: f64 = 0.0;
-        for (place, (squares, ids)) in (own.first..own.end).zip(rows) {
-            let mut list = List { squares, ids };
-            list.scan(self.cloud, place, about.first, about.end);
-            farthest = farthest.max(list.limit());
-        }
-        self.reach(own, around, farthest);
-        let rows = self.squares.chunks_exact_mut(self.k).zip(self.ids.chunks_exact_mut(self.k));
-        for (place, (squares, ids)) in (own.first..own.end).zip(rows) {
-            let mut list = List { squares, ids };
-            let at = &self.cloud.places()[place as usize];
-            for &other in &self.reached {
-                let other = &nodes[other as usize];
-                if other.squared_distance(at) <= list.limit() {
-                    list.scan(self.cloud, place, other.first, other.end);
-                }
+    /// Gives the `k` nearest of every place of some leaves: see [`Search::leaf`].
+    fn leaves(&mut self, leaves: &[(u32, u32)], mut take: impl FnMut(PlaceId, &mut [Entry])) {
+        leaves.iter().for_each(|leaf| self.leaf(leaf, &mut take));
+    }
+
+    /// Gives the `k` nearest of every place of a leaf, the farthest of them last and the others in no order.
+    fn leaf(&mut self, &(leaf, around): &(u32, u32), take: &mut impl FnMut(PlaceId, &mut [Entry])) {
+        let (nodes, places) = (&self.cloud.nodes, self.cloud.places());
+        let own = &nodes[leaf as usize];
+        let first = &places[own.first as usize];
+        // Leaves follow one another in space, so the place before is near.
+        match self.known.pop() {
+            Some(last) if self.next == Some(own.first) => {
+                self.known.clear();
+                self.known.push(last);
+            }
+            _ => {
+                self.known.clear();
+                let rough_mm = self.rough_reach_mm(own.first, around);
+                self.known.push((*first, rough_mm));
             }
         }
-        (&self.ids, &self.squares)
+        self.next = Some(own.end);
+        let own_places = &places[own.first as usize..own.end as usize];
+        let farthest = own_places.iter().map(|place| squared_distance(first, place));
+        let wide_mm = farthest.fold(0.0, f64::max).sqrt();
+        self.reach(own, squared(self.bound_mm(first) + wide_mm));
+        for (place, at) in (own.first..own.end).zip(own_places) {
+            let limit = squared(self.bound_mm(at));
+            let mut count = 0;
+            for other in &self.reached {
+                if other.squared_distance(at) <= limit {
+                    count = scan(self.cloud, (place, other), limit, (&mut self.near, count));
+                }
+            }
+            let nearest = select(&mut self.near[..count], self.k);
+            let reach_mm = nearest[self.k - 1].square().sqrt();
+            take(place, nearest);
+            self.known.push((*at, reach_mm));
+            if place == own.first {
+                let limit = squared(reach_mm + wide_mm);
+                self.reached.retain(|leaf| leaf.squared_gap(own) <= limit);
+            }
+        }
     }
 
-    /// Lists the leaves outside of `around` no farther from a leaf than the root of `limit`.
-    fn reach(&mut self, own: &Node<D>, around: u32, limit: f64) {
+    /// A distance in mm within which a place has `k` neighbours. A known place has as many within its reach; both places are as far apart
+    /// as they are; so within the sum there are as many.
+    fn bound_mm(&self, at: &[f64; D]) -> f64 {
+        let bound = |(place, mm): &([f64; D], f64)| mm + squared_distance(at, place).sqrt();
+        self.known.iter().map(bound).fold(f64::INFINITY, f64::min)
+    }
+
+    /// A distance in mm within which a place has `k` neighbours: those in a node that holds more of them.
+    fn rough_reach_mm(&mut self, place: PlaceId, around: u32) -> f64 {
+        let node = &self.cloud.nodes[around as usize];
+        let count = scan(self.cloud, (place, node), f64::INFINITY, (&mut self.near, 0));
+        select(&mut self.near[..count], self.k)[self.k - 1].square().sqrt()
+    }
+
+    /// Lists the leaves no farther from a leaf than the root of `limit`.
+    fn reach(&mut self, own: &Node<D>, limit: f64) {
         let nodes = &self.cloud.nodes;
         self.reached.clear();
         self.open.clear();
         self.open.push(0);
         while let Some(at) = self.open.pop() {
             let node = &nodes[at as usize];
-            if at == around || node.squared_gap(own) > limit {
+            if node.squared_gap(own) > limit {
                 continue;
             }
             if node.right == 0 {
-                self.reached.push(at);
+                self.reached.push(*node);
             } else {
                 self.open.extend([at + node.right, at + 1]);
             }
@@ -253,42 +318,46 @@ impl<'a, const D: usize> Search<'a, D> {
     }
 }
 
-/// The nearest places found so far of one place, nearest first.
-struct List<'a> {
-    squares: &'a mut [f64],
-    ids: &'a mut [PlaceId],
+/// The square of a distance that others are compared with; rounding leaves none out.
+fn squared(mm: f64) -> f64 {
+    mm * mm * (1.0 + 1e-9)
 }
 
-impl List<'_> {
-    /// Square of the largest distance in the list, mm²; infinite until it is full.
-    fn limit(&self) -> f64 {
-        self.squares[self.squares.len() - 1]
+/// Adds the places of a node no farther from a place than the root of `limit` to the first `count` entries; gives how many there are.
+fn scan<const D: usize>(
+    cloud: &Cloud<D>,
+    (place, node): (PlaceId, &Node<D>),
+    limit: f64,
+    (near, count): (&mut Vec<Entry>, usize),
+) -> usize {
+    let at = &cloud.places()[place as usize];
+    let others = &cloud.places()[node.first as usize..node.end as usize];
+    if near.len() < count + others.len() {
+        near.resize(2 * (count + others.len()), Entry::default());
     }
-
-    fn scan<const D: usize>(&mut self, cloud: &Cloud<D>, place: PlaceId, first: u32, end: u32) {
-        let at = &cloud.places()[place as usize];
-        let others = &cloud.places()[first as usize..end as usize];
-        for (other, position) in (first..end).zip(others) {
-            let square = squared_distance(at, position);
-            if square <= self.limit() && other != place {
-                self.insert(square, other);
-            }
-        }
+    let into = &mut near[count..count + others.len()];
+    let mut found = 0;
+    for (other, position) in (node.first..node.end).zip(others) {
+        let square = squared_distance(at, position);
+        // Every one is written, and stays if it is near: that spares a branch that nobody can foresee.
+        into[found] = Entry::new(square, other);
+        found += usize::from(square <= limit && other != place);
     }
-
-    fn insert(&mut self, square: f64, id: PlaceId) {
-        let mut at = self.squares.len();
-        while at > 0 && (square, id) < (self.squares[at - 1], self.ids[at - 1]) {
-            at -= 1;
-        }
-        if at < self.squares.len() {
-            let last = self.squares.len() - 1;
-            self.squares.copy_within(at..last, at + 1);
-            self.ids.copy_within(at..last, at + 1);
-            (self.squares[at], self.ids[at]) = (square, id);
-        }
-    }
+    count + found
 }
+
+/// The `k` nearest of some entries, the farthest of them last.
+fn select(found: &mut [Entry], k: usize) -> &mut [Entry] {
+    if found.len() <= FEW {
+        found.sort_unstable();
+    } else {
+        found.select_nth_unstable(k - 1);
+    }
+    &mut found[..k]
+}
+
+/// So many entries are sorted as fast as some are selected.
+const FEW: usize = 32;
 
 /// Leaves that one job takes.
 const RUN: usize = 128;
