@@ -3,6 +3,8 @@
 mod algebraic;
 mod axes;
 mod chebyshev;
+mod cholesky;
+mod dissection;
 mod distance;
 mod eigenfunctions;
 mod geodesic;
@@ -10,6 +12,7 @@ mod harmonic;
 mod heat;
 mod height;
 mod jacobi;
+mod krylov;
 mod laplacian;
 mod pieces;
 mod ring;

@@ -3,6 +3,9 @@
 use rayon::prelude::*;
 
 use super::chebyshev::{Block, largest};
+use super::cholesky::Cholesky;
+use super::dissection::Dissection;
+use super::krylov::slowest;
 use super::laplacian::Laplacian;
 use super::pieces::by_piece;
 use super::{Field, FunctionError};
@@ -29,6 +32,9 @@ pub struct Eigenfunctions {
 /// third moment is above 0; where that is 0 but for rounding, the value that is farthest from 0 is above it. Residuals are
 /// below 1e-8.
 ///
+/// On a surface the factor of the Laplacian is small, and its inverse leads to the functions. Where it is not, as of a solid, a
+/// polynomial of the Laplacian does.
+///
 /// # Errors
 ///
 /// More than [`MOST_EIGENFUNCTIONS`], or than a quarter of the places; a cloud in pieces.
@@ -51,6 +57,7 @@ pub fn eigenfunctions<const D: usize>(
     let wanted = count + 2;
     let width = (wanted + FURTHER.max(count / 2)).min(cloud.len());
     let start = start(cloud, &degrees, width);
+    let start = by_inverse(cloud, &operator, &start, (wanted, &degrees)).unwrap_or(start);
     let found = largest(&operator, &start, wanted.min(width), TOLERANCE);
     let worst = found.residuals[..=count].iter().copied().fold(0.0, f64::max);
     if worst > TOLERANCE || worst.is_nan() {
@@ -77,6 +84,26 @@ pub fn eigenfunctions<const D: usize>(
         residuals: found.residuals[1..=count].to_vec(),
         rounds: found.rounds,
     })
+}
+
+/// Vectors from the inverse of the Laplacian, where its factor is small enough.
+fn by_inverse<const D: usize>(
+    cloud: &Cloud<D>,
+    operator: &Laplacian,
+    start: &Block,
+    (wanted, degrees): (usize, &[f64]),
+) -> Option<Block> {
+    // A few places take no time by any way.
+    if cloud.len() < FACTORED_PLACES || wanted > start.width {
+        return None;
+    }
+    let dissection = Dissection::new(operator, &cloud.nodes);
+    if dissection.entries > MOST_ENTRIES {
+        return None;
+    }
+    let factor = Cholesky::new(operator, dissection)?;
+    let roots: Vec<f64> = degrees.iter().map(|degree| degree.sqrt()).collect();
+    slowest((operator, &factor), &roots, start, (wanted, TOLERANCE))
 }
 
 /// The eigenfunction of a number, from 1: see [`eigenfunctions`]. Each piece of a cloud has its own; one of fewer places than
@@ -139,6 +166,10 @@ const FURTHER: usize = 6;
 const TOLERANCE: f64 = 1e-8;
 /// Eigenvalues within this share are one multiple eigenvalue.
 const GAP: f64 = 1e-3;
+/// Clouds of so many places are solved by the inverse.
+const FACTORED_PLACES: usize = 2_000;
+/// Numbers of the factor at most: 400 MB. Points of a solid have more, and those of a surface from some 500,000 on.
+const MOST_ENTRIES: usize = 50_000_000;
 /// Rounding leaves less than this share.
 const SAME: f64 = 1e-6;
 const GOLDEN: f64 = 0.618_033_988_749_894_9;

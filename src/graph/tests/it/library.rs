@@ -77,12 +77,20 @@ fn holes(points: &[Place]) -> usize {
     extract(&cloud, &height, &Choices::default()).unwrap().loops.len()
 }
 
-/// `ASPHERA_TRAYS=500 cargo test --release -p asphera-graph --test it trays_are -- --nocapture` looks at more of them.
+/// `ASPHERA_TRAYS=500 cargo test --release -p asphera-graph --test it trays_are -- --nocapture` looks at more of them;
+/// `ASPHERA_TRAYS=109,133,` at some.
 #[test]
 fn trays_are_recognised() {
     let library = library();
-    let asked: Option<u64> = std::env::var("ASPHERA_TRAYS").ok().and_then(|word| word.parse().ok());
-    for seed in 0..asked.unwrap_or(3) {
+    let asked = std::env::var("ASPHERA_TRAYS").ok();
+    let seeds: Vec<u64> = match &asked {
+        Some(words) if words.contains(',') => {
+            words.split(',').filter_map(|word| word.parse().ok()).collect()
+        }
+        Some(count) => (0..count.parse().unwrap()).collect(),
+        None => (0..3).collect(),
+    };
+    for seed in seeds {
         let tray = tray(seed, 0.16);
         let (right, wrong) = judged(&tray, &library);
         println!("tray {seed}: {right} of {}, {wrong:?}", tray.truth.len());

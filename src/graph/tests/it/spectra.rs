@@ -164,6 +164,30 @@ fn the_same_points_give_the_same_functions() {
     }
 }
 
+/// The inverse of the Laplacian is worked out on threads where there are many places.
+#[test]
+fn many_places_have_the_same_functions_whatever_the_order_and_the_threads() {
+    let points = Body::torus().sample(9_000, &mut Random::new(11));
+    let values = |points: &[[f64; 3]]| {
+        let cloud = cloud(points);
+        let found = eigenfunctions(&cloud, &cloud.nearest(12).unwrap(), 6).unwrap();
+        assert!(found.residuals.iter().all(|residual| *residual <= 1e-8), "{found:?}");
+        assert_eq!(found.rounds, 1, "the inverse leaves nothing to do");
+        let of_row = cloud.places_of_rows().iter().map(|&place| place as usize);
+        of_row.map(|at| [0, 3, 5].map(|field| found.fields[field].values[at])).collect::<Vec<_>>()
+    };
+    let own = values(&points);
+    let mut reversed = points.clone();
+    reversed.reverse();
+    let mut back = values(&reversed);
+    back.reverse();
+    assert_eq!(own, back);
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        assert_eq!(own, pool.install(|| values(&points)));
+    }
+}
+
 #[test]
 fn what_has_no_such_function_is_refused() {
     let none = cloud(&[]);
