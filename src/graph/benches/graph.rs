@@ -1,8 +1,8 @@
 //! Times and loop counts of the Point Cloud Graph. Sizes and seeds are fixed and printed.
 //!
 //! `cargo bench -p asphera-graph --bench graph -- THREADS [POINTS] [ROW…]`; `POINTS` is the larger cloud of the row `growth`,
-//! 10,000,000. Rows are `neighbours`, `loops`, `growth`
-//! and `running`; without one all are run.
+//! 10,000,000. Rows are `neighbours`, `loops`, `disturbed`, `growth`
+//! and `running`; without one all are run. `disturbed` holds loops with noise, uneven density and gaps against those without.
 //! `ASPHERA_BENCH_OFF` names OFF meshes as PATH=GENUS,PATH=GENUS that are sampled beside the bodies made here.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints what it found")]
@@ -21,7 +21,9 @@ use bodies::{Body, Place, Random, norm};
 
 const POINTS: usize = 100_000;
 const DIRECTIONS: usize = 20;
-const ROWS: [&str; 4] = ["neighbours", "loops", "growth", "running"];
+/// Directions of each disturbed cloud.
+const FEWER: usize = 10;
+const ROWS: [&str; 5] = ["neighbours", "loops", "disturbed", "growth", "running"];
 
 fn main() {
     let numbers: Vec<usize> =
@@ -39,6 +41,9 @@ fn main() {
         }
         if is_asked("loops") {
             loops();
+        }
+        if is_asked("disturbed") {
+            disturbed();
         }
         if is_asked("growth") {
             growth(many);
@@ -91,20 +96,97 @@ fn loops() {
         let cloud = Cloud::new(points).unwrap();
         let mut directions = Random::new(7);
         let (mut right, mut stable) = (0, 0);
-        for _ in 0..DIRECTIONS {
+        let mut wrong = Vec::new();
+        for at in 0..DIRECTIONS {
             let field = height(&cloud, directions.direction()).unwrap();
             let choices = Choices::default();
             let found = extract(&cloud, &field, &choices).unwrap();
+            if found.loops.len() != *genus {
+                let [loops, minor] = [found.loops.len(), found.minor_loops.len()];
+                wrong.push(format!("{at}: {loops}, minor {minor}"));
+            }
             if found.loops.len() == *genus {
                 right += 1;
                 let stability = found.stability(&cloud, &field, &choices).unwrap();
                 stable += usize::from(stability.is_stable);
             }
         }
-        println!("    {name}, genus {genus}: {right}, {stable}");
+        println!("    {name}, genus {genus}: {right}, {stable}; wrong {wrong:?}");
         sum = [sum[0] + right, sum[1] + stable];
     }
     println!("    of {} in all: {}, {}", DIRECTIONS * clouds.len(), sum[0], sum[1]);
+}
+
+/// Loops by height in the first directions of [`loops`].
+fn counts(points: &[Place]) -> Vec<usize> {
+    let cloud = Cloud::new(points).unwrap();
+    let mut directions = Random::new(7);
+    let count = |_| {
+        let field = height(&cloud, directions.direction()).unwrap();
+        extract(&cloud, &field, &Choices::default()).unwrap().loops.len()
+    };
+    (0..FEWER).map(count).collect()
+}
+
+/// Loops of clouds with noise, uneven density and gaps, against those of the same body without.
+fn disturbed() {
+    println!("  loops unchanged in {FEWER} directions, {POINTS} points");
+    let mut sums: Vec<(String, usize, usize)> = Vec::new();
+    // Each with the radius of its smallest hole.
+    let rows = [1, 2, 5, 9].map(|genus| (Body::row(genus), 0.6));
+    let plates = [2.0, 1.0, 0.5].map(|thickness| (Body::plate(thickness), 0.8));
+    for (body, radius) in rows.into_iter().chain(plates) {
+        let points = body.sample(POINTS, &mut Random::new(1));
+        let expected = counts(&points);
+        for (name, points) in disturbances(&body, radius, &points) {
+            let found = counts(&points);
+            let same = found.iter().zip(&expected).filter(|(a, b)| a == b).count();
+            println!("    {}, {name}: {same}", body.name);
+            match sums.iter_mut().find(|(known, ..)| *known == name) {
+                Some((_, sum, all)) => (*sum, *all) = (*sum + same, *all + FEWER),
+                None => sums.push((name, same, FEWER)),
+            }
+        }
+    }
+    sums.iter().for_each(|(name, sum, all)| println!("    {name}: {sum} of {all}"));
+}
+
+fn disturbances(body: &Body, radius: f64, points: &[Place]) -> Vec<(String, Vec<Place>)> {
+    let mut random = Random::new(2);
+    let mut found = Vec::new();
+    for share in [0.02, 0.05, 0.10, 0.15] {
+        let mut noisy = |point: &Place| point.map(|mm| mm + radius * share * random.normal());
+        let name = format!("noise of {:.0} %", 100.0 * share);
+        found.push((name, points.iter().map(&mut noisy).collect()));
+    }
+    // Ten times as dense at one end along x as at the other.
+    let wide = points.iter().map(|[x, ..]| x.abs()).fold(0.0, f64::max);
+    let mut uneven = Vec::new();
+    while uneven.len() < POINTS {
+        let more = body.sample(POINTS, &mut random);
+        let stays = |[x, ..]: &Place| random.unit() < 0.55 + 0.45 * x / wide;
+        uneven.extend(more.into_iter().filter(stays));
+    }
+    uneven.truncate(POINTS);
+    found.push(("density 1:10".to_owned(), uneven));
+    let fewer = points.iter().copied().filter(|_| random.unit() >= 0.3).collect();
+    found.push(("30 % cut away at random".to_owned(), fewer));
+    // Discs of two spacings each, until 30 % are gone.
+    let cloud = Cloud::new(points).unwrap();
+    let within = cloud.within(2.0 * cloud.spacing_mm().unwrap()).unwrap();
+    let mut is_gone = vec![false; cloud.len()];
+    let mut gone = 0;
+    while gone < 3 * cloud.len() / 10 {
+        let middle = random.below(cloud.len()) as u32;
+        for &place in within.neighbours(middle).iter().chain([&middle]) {
+            gone += usize::from(!is_gone[place as usize]);
+            is_gone[place as usize] = true;
+        }
+    }
+    let places = cloud.places().iter().zip(&is_gone);
+    let left = places.filter(|(_, is_gone)| !**is_gone).map(|(place, _)| *place).collect();
+    found.push(("30 % cut away in discs of 2 spacings".to_owned(), left));
+    found
 }
 
 fn growth(many: usize) {
