@@ -28,7 +28,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use self::bodies::{Body, Place, Random};
 use self::common::clock::timed;
-use self::common::clouds::{cone, plane, sphere, torus};
+use self::common::clouds::{Known, cone, plane, sphere, torus};
 use self::common::peer::Peers;
 
 const SEED: u64 = 1;
@@ -159,34 +159,38 @@ fn eigen(count: usize, peers: &Peers, show: &dyn Fn(Row)) {
 
 /// Distances from the first point, with neighbours; errors over the largest distance.
 fn geodesics(count: usize, peers: &Peers, show: &dyn Fn(Row)) {
-    let mut known: Vec<_> = [plane, cone, sphere].map(|made| made(count, &mut random())).into();
+    for made in [plane, cone, sphere] {
+        geodesic_row(&made(count, &mut random()), peers, show);
+    }
+    // The exact distances of the torus take the peer half a minute.
     let mesh = torus(count, &mut random());
     if let Some(truth) = peers.exact(&mesh.points, &mesh.triangles, 0) {
-        known.push(common::clouds::Known { name: "torus, even", points: mesh.points, truth });
+        geodesic_row(&Known { name: "torus, even", points: mesh.points, truth }, peers, show);
     }
-    for cloud in known {
-        let (points, truth) = (&cloud.points, &cloud.truth);
-        let work = || {
-            let own = Cloud::new(points).unwrap();
-            let nearest = own.nearest(NEIGHBOURS[1]).unwrap();
-            let of_row = own.places_of_rows().to_vec();
-            (geodesic(&own, &nearest, &[of_row[0]]).unwrap().values, of_row)
-        };
-        let ours_s = best(|| drop(work()));
-        let (values, of_row) = work();
-        let apart = |(&place, truth): (&u32, &f64)| (values[place as usize] - truth).abs();
-        let worst = of_row.iter().zip(truth).map(apart).fold(0.0, f64::max);
-        let largest = truth.iter().copied().fold(0.0, f64::max);
-        let theirs = peers.heat(points, truth, 0);
-        let mut remark = format!("error {:.2} %", 100.0 * worst / largest);
-        if let Some(theirs) = &theirs {
-            remark += &format!(", theirs {:.2} %", 100.0 * theirs[1]);
-        }
-        let (of, peer) = ("geodesic distances", "heat method");
-        let peer_s = theirs.map(|found| found[0]);
-        let cloud = cloud.name.to_owned();
-        show(Row { of, cloud, points: count, ours_s, peer, peer_s, remark });
+}
+
+fn geodesic_row(cloud: &Known, peers: &Peers, show: &dyn Fn(Row)) {
+    let (points, truth) = (&cloud.points, &cloud.truth);
+    let work = || {
+        let own = Cloud::new(points).unwrap();
+        let nearest = own.nearest(NEIGHBOURS[1]).unwrap();
+        let of_row = own.places_of_rows().to_vec();
+        (geodesic(&own, &nearest, &[of_row[0]]).unwrap().values, of_row)
+    };
+    let ours_s = best(|| drop(work()));
+    let (values, of_row) = work();
+    let apart = |(&place, truth): (&u32, &f64)| (values[place as usize] - truth).abs();
+    let worst = of_row.iter().zip(truth).map(apart).fold(0.0, f64::max);
+    let largest = truth.iter().copied().fold(0.0, f64::max);
+    let theirs = peers.heat(points, truth, 0);
+    let mut remark = format!("error {:.2} %", 100.0 * worst / largest);
+    if let Some(theirs) = &theirs {
+        remark += &format!(", theirs {:.2} %", 100.0 * theirs[1]);
     }
+    let (of, peer) = ("geodesic distances", "heat method");
+    let peer_s = theirs.map(|found| found[0]);
+    let (cloud, points) = (cloud.name.to_owned(), points.len());
+    show(Row { of, cloud, points, ours_s, peer, peer_s, remark });
 }
 
 /// Ten times as many points, and the memory that they take beside themselves.

@@ -35,7 +35,9 @@ pub(super) fn sweep<const D: usize>(
             rings.neighbours(place).filter(|(other, _)| is_passed[*other as usize])
         {
             let distance = distances[other as usize];
-            behind.push(Corner { position: places[other as usize], length, distance });
+            if let Some(source) = placed([own, distance], length) {
+                behind.push(Corner { position: places[other as usize], length, distance, source });
+            }
         }
         for (other, length) in
             rings.neighbours(place).filter(|(other, _)| !is_passed[*other as usize])
@@ -48,9 +50,7 @@ pub(super) fn sweep<const D: usize>(
                     continue;
                 }
                 let across = squared_distance(position, &corner.position).sqrt();
-                if let Some(distance) =
-                    unfolded([own, corner.distance], [corner.length, length, across])
-                {
+                if let Some(distance) = unfolded(corner.source, [corner.length, length, across]) {
                     least = least.min(distance);
                 }
             }
@@ -71,21 +71,32 @@ struct Corner<const D: usize> {
     length: f64,
     /// From the source, mm.
     distance: f64,
+    /// The source in the plane of the triangle, mm.
+    source: [f64; 2],
 }
 
-/// Distance of p from a source beyond the side qr of the triangle pqr, unfolded into its plane; `None` where the straight way does not
-/// cross that side. Given are the distances of q and r from the source, and the lengths |qr|, |pq|, |pr|, all in mm.
-///
-/// q lies in the origin, r on the x axis, p above and the source s below it.
-fn unfolded([of_q, of_r]: [f64; 2], [qr, pq, pr]: [f64; 3]) -> Option<f64> {
-    let foot = |to_q: f64, to_r: f64| (qr * qr + (to_q - to_r) * (to_q + to_r)) / (2.0 * qr);
-    let (p_x, s_x) = (foot(pq, pr), foot(of_q, of_r));
+/// The source beyond the side qr of a triangle pqr, with its distances from q and r and the length |qr|, all in mm. q lies in the
+/// origin, r on the x axis; the second coordinate counts downwards. `None` where no place has such distances.
+fn placed([of_q, of_r]: [f64; 2], qr: f64) -> Option<[f64; 2]> {
+    let x = foot(qr, [of_q, of_r]);
+    let square = of_q * of_q - x * x;
+    (square >= 0.0).then(|| [x, square.sqrt()])
+}
+
+/// Distance of p from a source, with p unfolded into its plane above the x axis; `None` where the straight way does not cross the side
+/// qr. Given are the source as of [`placed`] and the lengths |qr|, |pq|, |pr|, all in mm.
+fn unfolded([s_x, s_y]: [f64; 2], [qr, pq, pr]: [f64; 3]) -> Option<f64> {
+    let p_x = foot(qr, [pq, pr]);
     let p_square = pq * pq - p_x * p_x;
-    let s_square = of_q * of_q - s_x * s_x;
-    if !(p_square > 0.0 && s_square >= 0.0) {
+    if p_square.is_nan() || p_square <= 0.0 {
         return None;
     }
-    let (p_y, s_y) = (p_square.sqrt(), s_square.sqrt());
+    let p_y = p_square.sqrt();
     let crossing = (p_x * s_y + s_x * p_y) / (p_y + s_y);
     (0.0..=qr).contains(&crossing).then(|| (p_x - s_x).hypot(p_y + s_y))
+}
+
+/// Where a place lies along the side qr, by its distances from q and r, mm.
+fn foot(qr: f64, [to_q, to_r]: [f64; 2]) -> f64 {
+    (qr * qr + (to_q - to_r) * (to_q + to_r)) / (2.0 * qr)
 }
