@@ -168,7 +168,7 @@ const TOLERANCE: f64 = 1e-8;
 const GAP: f64 = 1e-3;
 /// Clouds of so many places are solved by the inverse.
 const FACTORED_PLACES: usize = 2_000;
-/// Numbers of the factor at most: 400 MB. Points of a solid have more, and those of a surface from some 500,000 on.
+/// Numbers of the factor at most: 400 MB. Points of a solid come to that much sooner than those of a surface.
 const MOST_ENTRIES: usize = 50_000_000;
 /// Rounding leaves less than this share.
 const SAME: f64 = 1e-6;
