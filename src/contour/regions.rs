@@ -15,6 +15,7 @@ mod gabriel;
 mod peeling;
 mod sculpting;
 mod simple;
+mod ways;
 
 pub use a_shape::{a_shape, connecting_a_mm};
 pub use alpha::{alpha_curve, alpha_shape, connecting_alpha_mm, joining_alpha_mm};

@@ -3,11 +3,12 @@
 use crate::{Graph, SampleId, Spoke, Triangulation};
 
 /// Crawl: a chain begins with the shortest edge to a nearest neighbour and grows at the end with the nearer unvisited
-/// Delaunay neighbour. It closes where one end is the second nearest Delaunay neighbour of the other.
+/// Delaunay neighbour. It closes where one end is the second nearest Delaunay neighbour of the other, from six samples
+/// on, or from three on if nothing is left to grow to.
 ///
 /// No parameter; several curves, open and closed. Nothing is proven of it here. A. D. Parakkat, R. Muthuganapathy, *Crawl
-/// through neighbors*, Computers & Graphics 58 (2016) 129-135, as its public program works; a chain may close from three
-/// samples on, which is our reading. n·log n time, as chains only go forward.
+/// through neighbors*, Computers & Graphics 58 (2016) 129-135, as its public program works; that leaves shorter chains open,
+/// so closing those is our reading. n·log n time, as chains only go forward.
 pub fn crawl(triangulation: &Triangulation) -> Graph {
     let mut visited = vec![false; triangulation.len()];
     let mut edges = Vec::new();
@@ -45,7 +46,8 @@ fn grow(
         let [p, q] = ends;
         let is_second =
             |of, other| second(triangulation, of).is_some_and(|spoke| spoke.to == other);
-        if length >= 3 && (is_second(p, q) || is_second(q, p)) {
+        let may_close = length >= 3 && (is_second(p, q) || is_second(q, p));
+        if may_close && length >= LEAST_CLOSED {
             edges.push(ends);
             return;
         }
@@ -61,7 +63,10 @@ fn grow(
         };
         // An end without a neighbour left gives way to the other.
         let side = match (key(0), key(1)) {
-            (None, None) => return,
+            (None, None) => {
+                edges.extend(may_close.then_some(ends));
+                return;
+            }
             (Some(_), None) => 0,
             (None, Some(_)) => 1,
             (Some(left), Some(right)) => usize::from(right < left),
@@ -81,3 +86,6 @@ fn second(triangulation: &Triangulation, sample: SampleId) -> Option<Spoke> {
     let others = triangulation.spokes(sample).iter().filter(|spoke| spoke.to != nearest.to);
     others.min_by_key(|spoke| (triangulation.length_class(spoke.edge), spoke.to)).copied()
 }
+
+/// Least samples of a closed chain: the two of its first edge and four more, by the public program. Noise closes smaller ones.
+const LEAST_CLOSED: usize = 6;

@@ -2,6 +2,7 @@
 
 use asphera_geometry::predicates::scalar_product;
 
+use super::ways::closed_ways;
 use super::{doubled_area_mm2, radius_mm};
 use crate::triangulation::{EdgeId, TriangleId};
 use crate::{Graph, Region, SampleId, Triangulation};
@@ -12,12 +13,14 @@ use crate::{Graph, Region, SampleId, Triangulation};
 /// 2. So are the two longer sides of a triangle without an obtuse angle whose shortest side is shorter than the distance between the
 ///    centres of its circumcircle and its incircle.
 /// 3. The marks of a triangle are taken back, if none lies on the hull and each is the only one of the triangle beyond.
-/// 4. The border is made of the sides without a mark of triangles with one, and the hull sides without a mark. A sample with more than two
-///    keeps its two shortest. Then what leads to an end goes.
+/// 4. The border is made of the sides without a mark of triangles with one, and the hull sides without a mark. What leads to an end goes. A
+///    sample with more than two keeps its two shortest. Then what stays is on closed ways: each goes from sample to sample by a side that
+///    the one it leaves keeps, and never straight back.
 ///
 /// The region is what the border encloses. Proven for r-samples (see [`super::ec_shape`]). S. B. Thayyil, A. D. Parakkat, R.
-/// Muthuganapathy, Computer Aided Geometric Design (2020); as their public program works, that step 4 is done at all samples at once
-/// is our choice. Obtuse angles are decided exactly, step 2 in doubles. Linear time but for the order of lengths.
+/// Muthuganapathy, Computer Aided Geometric Design (2020), as their public program works. That takes those closed ways that a search
+/// meets, and shows none of ten samples or fewer; here all count, whatever the order. Obtuse angles are decided exactly, step 2 in
+/// doubles. Linear time but for the order of lengths.
 pub fn ct_shape(triangulation: &Triangulation) -> Region {
     let marks = without_lonely(triangulation, &marked(triangulation));
     let is_marked = |triangle: TriangleId| {
@@ -31,15 +34,15 @@ pub fn ct_shape(triangulation: &Triangulation) -> Region {
             !marks[edge as usize] && is_open && !triangulation.triangles().is_empty()
         })
         .collect();
-    let two_shortest = shortest_two(triangulation, &is_border);
-    let border = Graph::of_edges(triangulation, |edge| {
-        is_border[edge as usize]
-            && triangulation
-                .ends(edge)
-                .iter()
-                .all(|&end| two_shortest[end as usize].contains(&Some(edge)))
-    });
-    Region::enclosed(triangulation, without_ends(triangulation.len(), border))
+    let is_border = without_ends(triangulation, is_border);
+    let kept = shortest_two(triangulation, &is_border);
+    let step = |sample: SampleId, slot: usize| {
+        let other = |edge: EdgeId| {
+            triangulation.ends(edge).into_iter().find(|&end| end != sample).unwrap_or(sample)
+        };
+        kept[sample as usize][slot].map(other)
+    };
+    Region::enclosed(triangulation, Graph::new(closed_ways(triangulation.len(), step)))
 }
 
 /// Steps 1 and 2.
@@ -105,11 +108,23 @@ fn shortest_two(triangulation: &Triangulation, is_border: &[bool]) -> Vec<[Optio
     shortest
 }
 
-/// A graph of at most two edges at a sample, without what leads to an end: its closed lines.
-fn without_ends(samples: usize, graph: Graph) -> Graph {
-    let closed = graph.chains(samples).into_iter().filter(|chain| chain.closed);
-    Graph::new(closed.flat_map(|chain| {
-        let next = chain.samples[1..].iter().chain(chain.samples.first());
-        chain.samples.iter().zip(next).map(|(&p, &q)| [p, q]).collect::<Vec<[SampleId; 2]>>()
-    }))
+/// Edges without those that lead to an end only.
+fn without_ends(triangulation: &Triangulation, mut is_border: Vec<bool>) -> Vec<bool> {
+    let of = |sample: SampleId| triangulation.spokes(sample).iter();
+    let mut degree: Vec<usize> = (0..triangulation.len() as SampleId)
+        .map(|sample| of(sample).filter(|spoke| is_border[spoke.edge as usize]).count())
+        .collect();
+    let mut ends: Vec<SampleId> =
+        (0..).zip(&degree).filter(|it| *it.1 == 1).map(|it| it.0).collect();
+    while let Some(end) = ends.pop() {
+        // The last of its edges may have gone from the other end.
+        let Some(spoke) = of(end).find(|spoke| is_border[spoke.edge as usize]) else { continue };
+        is_border[spoke.edge as usize] = false;
+        let to = spoke.to as usize;
+        degree[to] -= 1;
+        if degree[to] == 1 {
+            ends.push(spoke.to);
+        }
+    }
+    is_border
 }

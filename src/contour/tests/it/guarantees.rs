@@ -1,6 +1,6 @@
 //! Curves that meet a proven condition are reconstructed rightly, every one.
 //!
-//! `ASPHERA_CURVES=1000` tries a thousand of each instead of forty.
+//! `ASPHERA_LONG=1` tries a thousand of each instead of forty, `ASPHERA_CURVES` another number.
 
 use asphera_contour::curves::{crust, hnn_crust, nn_crust, one_step_crust};
 use asphera_contour::{Graph, Triangulation};
@@ -12,7 +12,8 @@ use crate::smooth::{Condition, Curve};
 const SAFETY: f64 = 0.97;
 
 fn count() -> usize {
-    std::env::var("ASPHERA_CURVES").ok().and_then(|text| text.parse().ok()).unwrap_or(40)
+    let many = if std::env::var_os("ASPHERA_LONG").is_some() { 1000 } else { 40 };
+    std::env::var("ASPHERA_CURVES").ok().and_then(|text| text.parse().ok()).unwrap_or(many)
 }
 
 #[expect(clippy::print_stdout, reason = "how many curves were tried, of how many samples")]

@@ -15,7 +15,7 @@ fn methods() -> impl Iterator<Item = Method> {
     Method::ALL.into_iter().filter(|method| method.kind() == Kind::Region)
 }
 
-fn region(method: Method, set: &Triangulation, parameters: &str) -> Region {
+pub(crate) fn region(method: Method, set: &Triangulation, parameters: &str) -> Region {
     method.region(set, &Parameters::parse(parameters).unwrap()).unwrap().unwrap()
 }
 

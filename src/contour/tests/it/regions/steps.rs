@@ -89,23 +89,36 @@ fn ct_by_hand(set: &Triangulation) -> Graph {
         let is_open = of.len() == 1 || of.iter().any(|corners| !marked(*corners, &left).is_empty());
         is_open && !left.contains(ends)
     });
-    let border: Vec<[SampleId; 2]> = border.collect();
-    let is_short = |ends: &&[SampleId; 2]| {
-        ends.iter().all(|end| {
-            let others = border.iter().filter(|other| other.contains(end));
-            others.filter(|other| long(**other) < long(**ends)).count() < 2
-        })
-    };
-    let mut rest: Vec<[SampleId; 2]> = border.iter().filter(is_short).copied().collect();
+    let mut border: Vec<[SampleId; 2]> = border.collect();
     loop {
-        let degree = |end: SampleId| rest.iter().filter(|ends| ends.contains(&end)).count();
-        let next: Vec<[SampleId; 2]> =
-            rest.iter().copied().filter(|ends| ends.iter().all(|&end| degree(end) == 2)).collect();
-        if next.len() == rest.len() {
-            return Graph::new(rest);
+        let degree = |end: SampleId| border.iter().filter(|ends| ends.contains(&end)).count();
+        let lead_on = |ends: &&[SampleId; 2]| ends.iter().all(|&end| degree(end) > 1);
+        let next: Vec<[SampleId; 2]> = border.iter().filter(lead_on).copied().collect();
+        if next.len() == border.len() {
+            break;
         }
-        rest = next;
+        border = next;
     }
+    let keeps = |ends: [SampleId; 2], by: SampleId| {
+        let others = border.iter().filter(|other| other.contains(&by));
+        others.filter(|other| long(**other) < long(ends)).count() < 2
+    };
+    // The walks p to q by sides that p keeps, and for each all walks that can follow.
+    let both = border.iter().flat_map(|&[p, q]| [[p, q], [q, p]]);
+    let walks: Vec<[SampleId; 2]> = both.filter(|&[p, q]| keeps(side(p, q), p)).collect();
+    let comes_back = |walk: &&[SampleId; 2]| {
+        let (mut reached, mut new) = (Vec::new(), vec![**walk]);
+        while let Some([p, q]) = new.pop() {
+            for &next in walks.iter().filter(|next| next[0] == q && next[1] != p) {
+                if !reached.contains(&next) {
+                    reached.push(next);
+                    new.push(next);
+                }
+            }
+        }
+        reached.contains(walk)
+    };
+    Graph::new(walks.iter().filter(comes_back).copied())
 }
 
 /// The steps of the petal ratio's region on all edges.
