@@ -132,7 +132,7 @@ impl ContourSettings {
             report.unknown.push(why.to_owned());
         }
         if let Some(nominal) = &self.nominal {
-            let u_mm = report.input.noise_sigma_mm;
+            let u_mm = report.input.noise_sigma_mm.or_else(|| noise_mm(&courses));
             report.deviation = Some(deviation_from(nominal, &used, u_mm)?);
         }
         Ok(report)
@@ -205,6 +205,15 @@ fn by_points(
     };
     Ok((with_choice(report, &choice), used, courses))
 }
+
+/// The noise of the points of curves: that of the noisiest; none where no curve has points enough.
+fn noise_mm(courses: &[Course]) -> Option<f64> {
+    let long = courses.iter().filter(|course| course.places_mm().len() >= NOISE_POINTS);
+    long.filter_map(|course| Some(course.noise()?.sigma_mm)).reduce(f64::max)
+}
+
+/// Least points by which noise is known to about a sixth: an uncertainty that a guard band may rest on.
+const NOISE_POINTS: usize = 50;
 
 /// The places of samples that an edge joins.
 fn joined(triangulation: &Triangulation, graph: &Graph) -> Vec<PlaceMm> {

@@ -37,6 +37,21 @@ impl Held {
     }
 }
 
+/// Holds a figure that nothing unmeasured can break against its limit, and adds the check to the verdict: the rule of a part for figures of
+/// other kinds. `covers` is the scope of its standard uncertainty.
+pub fn hold_whole(
+    verdict: &mut Verdict,
+    guard: Option<Guard>,
+    figure: FigureName,
+    limit: f64,
+    finding: Finding,
+    covers: &str,
+) {
+    let finding = Finding { hidden: Some(0.0), ..finding };
+    let covers = Some(covers.to_owned());
+    hold(verdict, guard, Held { figure, limit, finding, hidden: None, covers, why: None });
+}
+
 /// Holds a figure against its limit, by the guard band if there is one, and adds the check to the verdict.
 pub(super) fn hold(verdict: &mut Verdict, guard: Option<Guard>, held: Held) {
     match decide(&held.finding, held.limit, guard.unwrap_or(Guard::None)) {

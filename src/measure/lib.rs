@@ -56,7 +56,9 @@ mod uncertainties;
 mod unmeasured;
 
 pub use asphera_form::HIGHEST_MM;
+pub use asphera_uncertainty::verdict::{Finding, Guard};
 pub use cutting::FinishedMesh;
+pub use decision::hold_whole;
 pub use defects::features_of_mesh;
 pub use deviation_map::{DeviationMap, MapSource};
 pub use judgement::{ask, doubt, undecide};

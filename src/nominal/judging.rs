@@ -91,16 +91,21 @@ fn limits(tolerance: &Section<'_>, aperture: Option<&Aperture>) -> (Vec<Limit>, 
         must_limit(&less, &limits[before..]);
         less.finish();
     }
-    let factor = tolerance
+    (limits, guard(tolerance))
+}
+
+/// The guard band of a table of limits, by `guard_factor` or `guard_probability`; `None` without both.
+pub fn guard(table: &Section<'_>) -> Option<Guard> {
+    let factor = table
         .has("guard_factor")
-        .then(|| Guard::Factor(tolerance.within("guard_factor", 2.0, 0.0..=10.0)));
-    let probability = tolerance
+        .then(|| Guard::Factor(table.within("guard_factor", 2.0, 0.0..=10.0)));
+    let probability = table
         .has("guard_probability")
-        .then(|| Guard::Probability(tolerance.within("guard_probability", 0.95, 0.501..=0.9999)));
+        .then(|| Guard::Probability(table.within("guard_probability", 0.95, 0.501..=0.9999)));
     if factor.is_some() && probability.is_some() {
-        tolerance.problem("guard_factor", "either guard_factor or guard_probability", "both");
+        table.problem("guard_factor", "either guard_factor or guard_probability", "both");
     }
-    (limits, factor.or(probability))
+    factor.or(probability)
 }
 
 /// Nothing is measured of a zone beside the aperture.

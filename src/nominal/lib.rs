@@ -17,5 +17,6 @@ mod text;
 pub use aperture::aperture_lines_mm;
 pub use drawing::{DRAWINGS, drawn_lines, is_drawing};
 pub use flip::{FlipError, flipped};
+pub use judging::guard;
 pub use part::{folder, parse, read};
 pub use text::{bytes_of, parse as parse_text, text_of};

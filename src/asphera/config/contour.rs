@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use asphera_contour::strokes::{Hint, hints_of};
 use asphera_contour::{Kind, Method, Parameters};
-use asphera_nominal::DRAWINGS;
+use asphera_nominal::{DRAWINGS, guard};
 use asphera_settings::Section;
 
 use super::attached::{embedded, text_of};
@@ -24,6 +25,7 @@ pub(super) fn read(
     let parameters = method.map(|method| parameters(&parameters_table, method));
     let tolerance_mm = table.within("tolerance_mm", 0.0, 0.0..=1e6);
     let is_airfoil = table.or("airfoil", false);
+    let hints = hints(table, method);
     let gap_mm = table.has("gap_mm").then(|| table.within("gap_mm", 1.0, 1e-9..=1e6));
     let slab = slab(table);
     let (nominal, outline_text) = outline(table, folder).unzip();
@@ -38,7 +40,7 @@ pub(super) fn read(
         is_airfoil,
         gap_mm,
         nominal,
-        hints: Vec::new(),
+        hints,
     });
     (settings.map(|settings| ContourPlan { settings, slab, limits }), text)
 }
@@ -46,7 +48,7 @@ pub(super) fn read(
 fn method(table: &Section<'_>) -> Option<Method> {
     let words: Vec<(&str, Method)> = Method::ALL
         .iter()
-        .filter(|method| method.kind() != Kind::Graph && !method.takes_hints())
+        .filter(|method| method.kind() != Kind::Graph)
         .map(|method| (method.name(), *method))
         .collect();
     match table.has("method") {
@@ -73,6 +75,34 @@ fn parameters(table: &Section<'_>, method: Method) -> Parameters {
     }
     table.finish();
     parameters
+}
+
+/// The places within regions, with their labels: for the methods that need them, and for no others.
+fn hints(table: &Section<'_>, method: Option<Method>) -> Vec<Hint> {
+    const EXPECTED: &str = "a place within each region with its label, as \"1.5,2=hole;8,2=plate\"";
+    let text: Option<String> = table.get("hints");
+    let Some(method) = method else { return Vec::new() };
+    if !method.takes_hints() {
+        if table.has("hints") {
+            let names = Method::ALL.iter().filter(|method| method.takes_hints());
+            let names = names.map(Method::name).collect::<Vec<_>>().join(" or ");
+            table.problem("hints", format!("method {names} beside it"), method.name());
+        }
+        return Vec::new();
+    }
+    match text.as_deref().map(hints_of) {
+        Some(Ok(hints)) if !hints.is_empty() => hints,
+        Some(Err(error)) => {
+            table.problem("hints", EXPECTED, error);
+            Vec::new()
+        }
+        // A value of another type has been named already.
+        None if table.has("hints") => Vec::new(),
+        Some(Ok(_)) | None => {
+            table.problem("hints", EXPECTED, "none");
+            Vec::new()
+        }
+    }
 }
 
 /// The plane and how far points may lie off it.
@@ -114,8 +144,13 @@ fn outline(table: &Section<'_>, folder: &Path) -> Option<(Nominal, String)> {
 
 fn limits(table: &Section<'_>, has_outline: bool) -> ContourLimits {
     let limit = |key: &str| table.has(key).then(|| table.within(key, 1.0, 1e-9..=1e6));
-    let limits =
-        ContourLimits { deviation_mm: limit("deviation_mm"), roundness_mm: limit("roundness_mm") };
+    let (deviation_mm, roundness_mm) = (limit("deviation_mm"), limit("roundness_mm"));
+    let guard = guard(table);
+    if guard.is_some() && deviation_mm.is_none() && roundness_mm.is_none() {
+        let key = if table.has("guard_factor") { "guard_factor" } else { "guard_probability" };
+        table.problem(key, "a limit beside it, as deviation_mm or roundness_mm", "none");
+    }
+    let limits = ContourLimits { deviation_mm, roundness_mm, guard };
     if limits.deviation_mm.is_some() && !has_outline {
         let expected = "contour.outline beside it: the deviation is from that";
         table.problem("deviation_mm", expected, "none");

@@ -1,10 +1,15 @@
 //! The contour of a session: what a station's configuration asks for, from the points to the verdict.
 
+use std::f64::consts::SQRT_2;
+
+use asphera_contour::features::noise_range;
 use asphera_contour::{PlaceMm, Samples};
 use asphera_geometry::PointMm;
-use asphera_measure::{Measurement, undecide};
-use asphera_report::contour::{CONTOUR_FORMAT, ContourReport, InputFigures};
-use asphera_report::{Check, FigureName, Status, Verdict};
+use asphera_measure::{Finding, Guard, Measurement, hold_whole, undecide};
+use asphera_report::contour::{
+    CONTOUR_FORMAT, CircleFigures, ContourReport, DeviationFigures, InputFigures,
+};
+use asphera_report::{FigureName, Status, Verdict};
 
 use super::{ContourSettings, Slab};
 
@@ -26,6 +31,8 @@ pub struct ContourLimits {
     pub deviation_mm: Option<f64>,
     /// Largest roundness deviation about the least-squares circle, mm.
     pub roundness_mm: Option<f64>,
+    /// The guard band by which they must hold or be broken; `None` for none.
+    pub guard: Option<Guard>,
 }
 
 impl ContourPlan {
@@ -80,18 +87,17 @@ impl ContourPlan {
 impl ContourLimits {
     /// Adds checks to a verdict. A broken limit fails; a figure that is not known takes a pass back.
     fn judge(&self, contour: &ContourReport, verdict: &mut Verdict) {
-        let deviation = contour.deviation.as_ref();
-        let deviation = deviation.map(|it| (it.largest_mm.max(-it.least_mm), it.u_mm));
         let is_closed = matches!(&contour.chains[..], [chain] if chain.closed);
         let circle = contour.circle.as_ref().filter(|_| is_closed);
-        let roundness = circle.map(|it| (it.roundness_mm, Some(it.u_roundness_mm)));
+        let is_guarded = self.guard.is_some();
+        let deviation = contour.deviation.as_ref().map(|it| amount(it, is_guarded));
         let figures = [
             ("deviation", "deviation", self.deviation_mm, deviation),
-            ("roundness", "RONt", self.roundness_mm, roundness),
+            ("roundness", "RONt", self.roundness_mm, circle.map(|it| roundness(it, is_guarded))),
         ];
         for (id, symbol, limit_mm, found) in figures {
             let Some(limit_mm) = limit_mm else { continue };
-            let Some((value_mm, u_mm)) = found else {
+            let Some(finding) = found else {
                 let why = contour.unknown.first().filter(|why| why.starts_with("contour: "));
                 let why = why.map_or("it is no single closed curve near a circle", String::as_str);
                 if verdict.status == Status::None {
@@ -100,37 +106,42 @@ impl ContourLimits {
                 undecide(verdict, format!("the {id} of the contour is not known: {why}"));
                 continue;
             };
-            let ok = value_mm <= limit_mm;
-            verdict.checks.push(check(id, symbol, [limit_mm, value_mm], u_mm));
-            verdict.status = match verdict.status {
-                _ if !ok => Status::Fail,
-                Status::None => Status::Pass,
-                known => known,
-            };
+            if verdict.status == Status::None {
+                verdict.status = Status::Pass;
+            }
+            let figure = name(id, symbol);
+            hold_whole(verdict, self.guard, figure, limit_mm, finding, "noise of the points");
         }
     }
 }
 
-/// A limit of the contour and the value held against it, both in mm.
-fn check(id: &str, symbol: &str, [limit, value]: [f64; 2], u: Option<f64>) -> Check {
-    Check {
-        figure: FigureName {
-            name: format!("contour_{id}_mm"),
-            id: format!("contour_{id}"),
-            symbol: symbol.to_owned(),
-            unit: "mm".to_owned(),
-            scope: Some("of the contour".to_owned()),
-        },
-        limit,
-        value,
-        ok: value <= limit,
-        u,
-        u_covers: u.map(|_| "noise of the points".to_owned()),
-        interval_95: None,
-        guard_band: None,
-        rule: None,
-        hidden: None,
-        doubt: None,
+/// The largest amount of a deviation, with u of the point that has it. A guard band also needs what noise alone gives the largest of so
+/// many points: half the range of twice as many random numbers.
+fn amount(deviation: &DeviationFigures, is_guarded: bool) -> Finding {
+    let value = deviation.largest_mm.max(-deviation.least_mm);
+    let noise_mm = deviation.u_mm.filter(|_| is_guarded).unwrap_or(0.0);
+    let bias = 0.5 * noise_mm * noise_range(2 * deviation.points, 0.5);
+    Finding { u: deviation.u_mm, bias, ..Finding::of_value(value) }
+}
+
+/// The roundness deviation, with a u that bounds what noise may have added. A guard band needs that apart, and u of the two points that the
+/// roundness lies between.
+fn roundness(circle: &CircleFigures, is_guarded: bool) -> Finding {
+    let noise_mm = circle.noise_sigma_mm;
+    let (u, bias) = match is_guarded {
+        true => (SQRT_2 * noise_mm, noise_mm * noise_range(circle.points, 0.5)),
+        false => (circle.u_roundness_mm, 0.0),
+    };
+    Finding { u: Some(u), bias, ..Finding::of_value(circle.roundness_mm) }
+}
+
+fn name(id: &str, symbol: &str) -> FigureName {
+    FigureName {
+        name: format!("contour_{id}_mm"),
+        id: format!("contour_{id}"),
+        symbol: symbol.to_owned(),
+        unit: "mm".to_owned(),
+        scope: Some("of the contour".to_owned()),
     }
 }
 

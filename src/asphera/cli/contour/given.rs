@@ -26,14 +26,6 @@ impl Given<'_> {
         let method = method(args)?;
         let parameters = args.set.as_deref().map(Parameters::parse).transpose()?;
         let hints = args.hints.as_deref().map(hints_of).transpose()?.unwrap_or_default();
-        if args.hints.is_some() && !method.is_some_and(|method| method.takes_hints()) {
-            let names = Method::ALL.iter().filter(|method| method.takes_hints());
-            let names = names.map(Method::name).collect::<Vec<_>>().join(" or ");
-            let found = method.map_or("none", |method| method.name());
-            return Err(
-                format!("--hints: expected --method {names} beside it, found {found}").into()
-            );
-        }
         if let Some(tolerance) = args.tolerance.filter(|mm| !(*mm >= 0.0 && mm.is_finite())) {
             return Err(format!("--tolerance {tolerance}: expected 0 mm or more").into());
         }
@@ -52,14 +44,26 @@ impl Given<'_> {
         given.or_else(|| recorded.and_then(|plan| plan.slab))
     }
 
-    /// The settings of the recording, but for what the options say. Parameters belong to their method: with another method none is taken over.
+    /// The settings of the recording, but for what the options say. Parameters and hints belong to their method: with another method none is taken over.
     pub(super) fn settings(
         &self,
         recorded: Option<&ContourSettings>,
     ) -> Result<ContourSettings, Failure> {
         let method = self.method.or(recorded.map(|it| it.method)).unwrap_or(Method::HnnCrust);
+        if self.args.hints.is_some() && !method.takes_hints() {
+            let names = Method::ALL.iter().filter(|method| method.takes_hints());
+            let names = names.map(Method::name).collect::<Vec<_>>().join(" or ");
+            let found = method.name();
+            return Err(
+                format!("--hints: expected --method {names} beside it, found {found}").into()
+            );
+        }
         let same = recorded.filter(|it| it.method == method);
         let parameters = self.parameters.clone().or_else(|| same.map(|it| it.parameters.clone()));
+        let hints = match self.args.hints {
+            Some(_) => self.hints.clone(),
+            None => same.map(|it| it.hints.clone()).unwrap_or_default(),
+        };
         // A graph has none of what curves and regions have.
         let recorded = recorded.filter(|_| method.kind() != Kind::Graph);
         let nominal = match self.args.outline.as_deref() {
@@ -73,7 +77,7 @@ impl Given<'_> {
             is_airfoil: self.args.airfoil || recorded.is_some_and(|it| it.is_airfoil),
             gap_mm: self.args.gaps.or(recorded.and_then(|it| it.gap_mm)),
             nominal,
-            hints: self.hints.clone(),
+            hints,
         })
     }
 }

@@ -1,6 +1,7 @@
 //! Contours of sessions: what is said without one, and what limits do to a verdict.
 
 use asphera_contour::{Method, Parameters};
+use asphera_geometry::Numbers;
 
 use super::*;
 use crate::contour::{Nominal, plane_of};
@@ -123,4 +124,70 @@ fn a_flat_band_is_no_piece_of_a_large_circle_and_an_arc_is() {
     assert!((contour.circle.unwrap().diameter_mm - 1000.0).abs() < 1e-3);
     // An open line has no roundness for a limit.
     assert_eq!(judged(&plan, &line, Status::Pass).status, Status::Undecided);
+}
+
+/// A circle of 5 mm with three lobes, 8 µm high together, and 1 µm of noise.
+fn lobed(draw: u32) -> Vec<PlaceMm> {
+    let noise = Numbers::new(18, draw, 0);
+    let place = |index: u32| {
+        let angle = std::f64::consts::TAU * f64::from(index) / 500.0;
+        let form_mm = 0.004 * (3.0 * angle).cos();
+        let radius_mm = 5.0 + form_mm + 0.001 * noise.normal(index as usize);
+        [radius_mm * angle.cos(), radius_mm * angle.sin()]
+    };
+    (0..500).map(place).collect()
+}
+
+#[test]
+fn a_guard_band_seldom_proves_what_is_not_so() {
+    let drawn: Vec<ContourReport> = {
+        let plan = plan(ContourLimits::default(), Some("<svg><circle r='5'/></svg>"));
+        (0..100).map(|draw| plan.contour(&lobed(draw))).collect()
+    };
+    let guard = Some(Guard::Probability(0.95));
+    let count = |limits: ContourLimits, status: Status| {
+        let statuses = drawn.iter().map(|contour| {
+            let mut verdict = verdict(Status::None);
+            limits.judge(contour, &mut verdict);
+            verdict.status
+        });
+        statuses.filter(|found| *found == status).count()
+    };
+    let roundness = |mm| ContourLimits { roundness_mm: Some(mm), guard, ..Default::default() };
+    // True is 8 µm, less a little, for no point lies on a lobe.
+    assert!(count(roundness(0.0079), Status::Pass) <= 5);
+    assert!(count(roundness(0.0081), Status::Fail) <= 5);
+    for (limits, status) in [
+        (roundness(0.02), Status::Pass),
+        (roundness(0.01), Status::Undecided),
+        (roundness(0.002), Status::Fail),
+    ] {
+        assert_eq!(count(limits, status), 100, "{limits:?}");
+    }
+    // True is 4 µm, on every third of the circle.
+    let deviation = |mm| ContourLimits { deviation_mm: Some(mm), guard, ..Default::default() };
+    assert!(count(deviation(0.0039), Status::Pass) <= 5);
+    assert!(count(deviation(0.0041), Status::Fail) <= 5);
+    for (limits, status) in [
+        (deviation(0.012), Status::Pass),
+        (deviation(0.005), Status::Undecided),
+        (deviation(0.0001), Status::Fail),
+    ] {
+        assert_eq!(count(limits, status), 100, "{limits:?}");
+    }
+    // Check and reason name the guard band; without noise that is known there is none.
+    let mut guarded = verdict(Status::None);
+    deviation(0.005).judge(&drawn[0], &mut guarded);
+    let check = &guarded.checks[0];
+    let band = check.guard_band.unwrap() / check.u.unwrap();
+    assert!((band - 1.645).abs() < 0.001 && (check.u.unwrap() - 0.001).abs() < 0.0002, "{check:?}");
+    assert!(check.rule.as_ref().unwrap().contains("95 %") && !check.is_broken());
+    let why = "nearer to its limit than its guard band";
+    assert!(guarded.reasons[0].contains(why), "{guarded:?}");
+    let mut bare = drawn[0].clone();
+    bare.deviation.as_mut().unwrap().u_mm = None;
+    let mut unknown = verdict(Status::None);
+    deviation(0.1).judge(&bare, &mut unknown);
+    assert_eq!(unknown.status, Status::Undecided);
+    assert!(unknown.reasons[0].contains("needs an uncertainty"), "{unknown:?}");
 }
