@@ -113,6 +113,24 @@ async fn too_few_points_leave_the_contour_unknown_and_stop_nothing() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn hints_of_the_station_label_the_section_and_a_guard_band_is_replayed() {
+    let scene = Scene::built_in("blade").unwrap().with_points(1000).with_speed(Speed::Max);
+    let hints =
+        "[contour]\nmethod = \"delaunay-painting\"\nhints = \"0.013,0.517=blade;29,8=air\"\n";
+    let limits = "[contour.limits]\nroundness_mm = 1\nguard_probability = 0.95\n";
+    let (_folder, _station, finished) = measured(scene, &format!("{hints}{limits}")).await;
+    let report = &finished.measurement.report;
+    let regions = contour(&finished).regions.as_ref().unwrap();
+    let blade = regions.iter().find(|it| it.label.as_deref() == Some("blade")).unwrap();
+    assert!((blade.area_mm2 - 294.4).abs() < 0.5, "{}", blade.area_mm2);
+    // A blade is no circle.
+    assert_eq!(report.verdict.status, Status::Undecided);
+    let mut again = replay(finished.recording.as_ref().unwrap(), |_| {}).unwrap();
+    again.report.timing = report.timing.clone();
+    assert_eq!(&again.report, report);
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn the_border_of_a_raster_shows_while_it_is_scanned() {
     let folder = tempfile::tempdir().unwrap();
     // Four seconds, so that a busy machine sees it too.
