@@ -89,7 +89,11 @@ fn ct_by_hand(set: &Triangulation) -> Graph {
         let is_open = of.len() == 1 || of.iter().any(|corners| !marked(*corners, &left).is_empty());
         is_open && !left.contains(ends)
     });
-    let mut border: Vec<[SampleId; 2]> = border.collect();
+    on_closed_ways(border.collect(), long)
+}
+
+/// The last step: no ends, two sides a sample, closed ways.
+fn on_closed_ways(mut border: Vec<[SampleId; 2]>, long: impl Fn([SampleId; 2]) -> f64) -> Graph {
     loop {
         let degree = |end: SampleId| border.iter().filter(|ends| ends.contains(&end)).count();
         let lead_on = |ends: &&[SampleId; 2]| ends.iter().all(|&end| degree(end) > 1);
@@ -105,7 +109,7 @@ fn ct_by_hand(set: &Triangulation) -> Graph {
     };
     // The walks p to q by sides that p keeps, and for each all walks that can follow.
     let both = border.iter().flat_map(|&[p, q]| [[p, q], [q, p]]);
-    let walks: Vec<[SampleId; 2]> = both.filter(|&[p, q]| keeps(side(p, q), p)).collect();
+    let walks: Vec<[SampleId; 2]> = both.filter(|&[p, q]| keeps([p.min(q), p.max(q)], p)).collect();
     let comes_back = |walk: &&[SampleId; 2]| {
         let (mut reached, mut new) = (Vec::new(), vec![**walk]);
         while let Some([p, q]) = new.pop() {
