@@ -7,7 +7,7 @@ mod nearby;
 use std::cmp::Ordering;
 use std::sync::OnceLock;
 
-use asphera_geometry::predicates::compare_distances;
+use asphera_geometry::predicates::{certain_distances, compare_distances, squared_distance};
 use asphera_geometry::{WeightedTree, from_smallest};
 use asphera_mesh::Mesh;
 use rayon::prelude::*;
@@ -177,17 +177,33 @@ impl Triangulation {
     /// The nearest sample is always a neighbour: the disc about the edge as diameter, its rim included, holds no other.
     pub fn nearest(&self, sample: SampleId) -> Option<Spoke> {
         self.nearest.get_or_init(|| {
-            let nearest = |sample: usize| {
-                let near = |spoke: &Spoke| (self.length_class(spoke.edge), spoke.to);
-                self.spokes(sample as SampleId).iter().copied().min_by_key(near)
+            // Compared here, not by their order of lengths: that takes longer than all else a method of nearest samples does.
+            let nearest = |sample: SampleId| {
+                let at = self.place(sample);
+                let nearer = |a: &Spoke, b: &Spoke| {
+                    let [to_a, to_b] = [a.to, b.to].map(|other| self.place(other));
+                    compare_distances(at, to_a, at, to_b).then(a.to.cmp(&b.to))
+                };
+                self.spokes(sample).iter().copied().min_by(nearer)
             };
-            (0..self.len()).map(nearest).collect()
+            (0..self.len() as SampleId).into_par_iter().map(nearest).collect()
         })[sample as usize]
     }
 
     /// The other samples, nearest first, equally near ones by their numbers.
     pub fn nearby(&self, sample: SampleId) -> impl Iterator<Item = SampleId> + '_ {
         nearby::Nearby::new(self, sample)
+    }
+
+    /// The nearest other sample that is wanted, of equally near ones that of the smallest number; none where no neighbour is wanted.
+    ///
+    /// The same as the first wanted one of [`Triangulation::nearby`], sooner found.
+    pub fn nearest_of(
+        &self,
+        sample: SampleId,
+        is_wanted: impl Fn(SampleId) -> bool,
+    ) -> Option<SampleId> {
+        nearby::nearest_of(self, sample, is_wanted)
     }
 
     /// A tree of the samples for questions about regions; the numbers it tells are those of the samples.
@@ -211,19 +227,28 @@ impl Triangulation {
 
     fn lengths(&self) -> &Lengths {
         self.lengths.get_or_init(|| {
-            let compare = |a: EdgeId, b: EdgeId| -> Ordering {
-                let ([p, q], [r, s]) = (self.ends_mm(a), self.ends_mm(b));
-                compare_distances(p, q, r, s)
+            // Squares come along, so places are fetched for near ties alone.
+            let squared = |edge: EdgeId| {
+                let [p, q] = self.ends_mm(edge);
+                (squared_distance(p, q), edge)
             };
-            let mut sorted: Vec<EdgeId> = (0..self.edges.len() as EdgeId).collect();
+            let compare = |a: (f64, EdgeId), b: (f64, EdgeId)| -> Ordering {
+                certain_distances(a.0, b.0).unwrap_or_else(|| {
+                    let ([p, q], [r, s]) = (self.ends_mm(a.1), self.ends_mm(b.1));
+                    compare_distances(p, q, r, s)
+                })
+            };
+            let edges = (0..self.edges.len() as EdgeId).into_par_iter();
+            let mut keyed: Vec<(f64, EdgeId)> = edges.map(squared).collect();
             // Numbers of edges are in the order of their ends.
-            sorted.par_sort_unstable_by(|&a, &b| compare(a, b).then(a.cmp(&b)));
-            let mut classes = vec![0; sorted.len()];
+            keyed.par_sort_unstable_by(|&a, &b| compare(a, b).then(a.1.cmp(&b.1)));
+            let mut classes = vec![0; keyed.len()];
             let mut class = 0;
-            for pair in sorted.windows(2) {
+            for pair in keyed.windows(2) {
                 class += u32::from(compare(pair[0], pair[1]).is_ne());
-                classes[pair[1] as usize] = class;
+                classes[pair[1].1 as usize] = class;
             }
+            let sorted = keyed.into_iter().map(|(_, edge)| edge).collect();
             Lengths { sorted, classes }
         })
     }
@@ -245,30 +270,23 @@ fn triangles(places: &[PlaceMm]) -> Vec<[SampleId; 3]> {
         })
         .collect();
     mesh.insert(&points);
-    let mut triangles: Vec<[SampleId; 3]> = mesh
-        .triangles()
-        .into_iter()
-        .map(|corners| from_smallest(corners.map(|vertex| order[vertex as usize])))
-        .collect();
-    triangles.par_sort_unstable();
-    triangles
+    let chunks = 0..mesh.written().len();
+    let triangles = chunks.flat_map(|chunk| mesh.triangles_of(chunk));
+    let numbered =
+        triangles.map(|corners| from_smallest(corners.map(|vertex| order[vertex as usize])));
+    edges::in_order(places.len(), numbered.collect())
 }
 
-/// The numbers below `count` in an order that looks random but is always the same.
+/// The numbers below `count` in an order that looks random but is always the same: R. A. Fisher and F. Yates's shuffle.
 fn drawn(count: usize) -> Vec<SampleId> {
-    let mut keyed: Vec<(u32, SampleId)> = (0..count as SampleId)
+    let mut order: Vec<SampleId> = (0..count as SampleId).collect();
+    for last in (1..count as u64).rev() {
         // Fibonacci hashing (D. E. Knuth, The Art of Computer Programming 3, section 6.4), mixed once.
-        .map(|number| {
-            let spread = u64::from(number).wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-            (
-                (spread ^ (spread >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9).rotate_left(32)
-                    as u32,
-                number,
-            )
-        })
-        .collect();
-    keyed.par_sort_unstable();
-    keyed.into_iter().map(|(_, number)| number).collect()
+        let spread = (last + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let mixed = (spread ^ (spread >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        order.swap(last as usize, ((mixed >> 32) * (last + 1) >> 32) as usize);
+    }
+    order
 }
 
 /// Distance of two places in mm.

@@ -6,7 +6,8 @@
 pub use crate::distance::{compare_distances_from, compare_with_right_angle};
 pub use crate::exact::balls::{compare_facet_circle, compare_sphere, in_facet_ball};
 pub use crate::exact::lengths::{
-    compare_angle_sum, compare_distances, compare_with_sum, scalar_product,
+    certain_distances, compare_angle_sum, compare_distances, compare_with_sum, scalar_product,
+    squared_distance,
 };
 pub use crate::exact::limbs::Limbs;
 pub use crate::exact::radius::compare_circumradius;

@@ -1,6 +1,7 @@
 //! HNN-Crust.
 
 use asphera_geometry::predicates::compare_distances;
+use rayon::prelude::*;
 
 use crate::{Graph, SampleId, Triangulation};
 
@@ -36,6 +37,7 @@ pub fn one_sided_hnn_crust(triangulation: &Triangulation) -> Graph {
 /// The up to two samples that every sample chooses.
 fn choices(triangulation: &Triangulation) -> Vec<[Option<SampleId>; 2]> {
     (0..triangulation.len() as SampleId)
+        .into_par_iter()
         .map(|sample| {
             let Some(nearest) = triangulation.nearest(sample) else { return [None; 2] };
             [Some(nearest.to), second(triangulation, sample, nearest.to)]
@@ -51,9 +53,6 @@ fn second(triangulation: &Triangulation, sample: SampleId, nearest: SampleId) ->
         let other = triangulation.place(other);
         compare_distances(at, other, first, other).is_lt()
     };
-    // Delaunay edges connect the samples of a half-plane: if there is one, a neighbour is one. Then the search ends.
-    if !triangulation.spokes(sample).iter().any(|spoke| is_behind(spoke.to)) {
-        return None;
-    }
-    triangulation.nearby(sample).find(|&other| is_behind(other))
+    // Delaunay edges connect the samples of a half-plane: if there is one, a neighbour is one.
+    triangulation.nearest_of(sample, is_behind)
 }

@@ -15,15 +15,30 @@ use super::{Place, UNIT_ROUNDOFF, sign};
 /// How the distance from `a` to `b` compares with that from `c` to `d`.
 #[inline]
 pub fn compare_distances(a: Place, b: Place, c: Place, d: Place) -> Ordering {
-    let [ab, cd] = [squared(a, b), squared(c, d)];
-    let rest = ab - cd;
-    if rest.abs() > QUADRATIC_BOUND * (ab + cd) {
-        return sign(rest);
+    if let Some(order) = certain_distances(squared_distance(a, b), squared_distance(c, d)) {
+        return order;
     }
     if (a == c && b == d) || (a == d && b == c) {
         return Ordering::Equal;
     }
     decide::<DistanceForm, 4>([[a[0], b[0]], [a[1], b[1]], [c[0], d[0]], [c[1], d[1]]])
+}
+
+/// How two distances compare by their squares as [`squared_distance`] gives them; none where rounding leaves that open, which
+/// [`compare_distances`] decides.
+///
+/// Who compares many distances computes each square once.
+#[inline(always)]
+pub fn certain_distances(squared_ab: f64, squared_cd: f64) -> Option<Ordering> {
+    let rest = squared_ab - squared_cd;
+    (rest.abs() > QUADRATIC_BOUND * (squared_ab + squared_cd)).then(|| sign(rest))
+}
+
+/// The squared distance in doubles, within a relative 4u.
+#[inline(always)]
+pub fn squared_distance(a: Place, b: Place) -> f64 {
+    let [x, y] = [a[0] - b[0], a[1] - b[1]];
+    x * x + y * y
 }
 
 /// The sign of the scalar product of the ways from `apex` to `a` and to `b`: `Greater` says that the angle at `apex` is
@@ -68,7 +83,7 @@ pub fn compare_angle_sum(p: Place, q: Place, r: Place, s: Place) -> Ordering {
 ///
 /// With the squares C, A and B of the three: c > a + b where C - A - B > 0 and (C - A - B)² > 4·A·B.
 pub fn compare_with_sum(p: Place, q: Place, a: Place, b: Place) -> Ordering {
-    let [pq, pa, qb] = [squared(p, q), squared(p, a), squared(q, b)];
+    let [pq, pa, qb] = [squared_distance(p, q), squared_distance(p, a), squared_distance(q, b)];
     let rest = pq - pa - qb;
     let size = pq + pa + qb;
     if rest < -QUADRATIC_BOUND * size {
@@ -86,13 +101,6 @@ pub fn compare_with_sum(p: Place, q: Place, a: Place, b: Place) -> Ordering {
         [q[0], b[0]],
         [q[1], b[1]],
     ])
-}
-
-/// The squared distance in doubles, within a relative 4u.
-#[inline(always)]
-fn squared(a: Place, b: Place) -> f64 {
-    let [x, y] = [a[0] - b[0], a[1] - b[1]];
-    x * x + y * y
 }
 
 /// x² + y² of the first two less that of the last: at most 2B² in size.

@@ -41,6 +41,21 @@ fn pairs(of: &Triangulation, is_edge: impl Fn(usize, usize) -> bool) -> Graph {
 }
 
 #[test]
+fn the_nearest_wanted_is_the_first_of_all_by_distance() {
+    for set in sets() {
+        for sample in 0..set.len() as SampleId {
+            for modulus in 1..=3 {
+                // Neighbours of a lattice tie, and those wanted may lie behind others.
+                let is_wanted = |other: SampleId| (7 * other + sample).is_multiple_of(modulus);
+                let first = set.nearby(sample).find(|&other| is_wanted(other));
+                let has_one = set.spokes(sample).iter().any(|spoke| is_wanted(spoke.to));
+                assert_eq!(set.nearest_of(sample, is_wanted), first.filter(|_| has_one));
+            }
+        }
+    }
+}
+
+#[test]
 fn each_agrees_with_its_definition_over_all_pairs() {
     for set in sets() {
         let at = whole(&set);
