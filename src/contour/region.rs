@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use asphera_geometry::Sum;
 use asphera_geometry::predicates::left_of;
+use asphera_geometry::{Sets, Sum};
 
 use crate::inside::Inside;
 use crate::samples::{PlaceMm, SampleId, Samples};
@@ -82,10 +82,12 @@ impl Region {
         let mut parts: Vec<Part> = parts.collect();
         parts.sort_unstable_by(|a, b| a.outline.cmp(&b.outline));
         let mut is_covered = vec![false; triangulation.len()];
-        let corners = triangulation.triangles().iter().zip(labels);
-        let kept = corners.filter(|&(_, &label)| label > 0);
-        let covered = kept.flat_map(|(corners, _)| corners).chain(border.edges().as_flattened());
-        for &sample in covered {
+        for (corners, _) in
+            triangulation.triangles().iter().zip(labels).filter(|(_, label)| **label > 0)
+        {
+            corners.iter().for_each(|&corner| is_covered[corner as usize] = true);
+        }
+        for &sample in border.edges().as_flattened() {
             is_covered[sample as usize] = true;
         }
         let left_out = (0..).zip(is_covered).filter(|(_, is_covered)| !is_covered);
@@ -205,25 +207,27 @@ fn label_of(labels: &[u32], triangle: Option<TriangleId>) -> u32 {
 
 /// The number of the part of each labelled triangle, and how many there are: triangles of one label that share a side belong together.
 fn numbered(triangulation: &Triangulation, labels: &[u32]) -> (Vec<Option<u32>>, usize) {
-    let mut parts: Vec<Option<u32>> = vec![None; triangulation.triangles().len()];
+    let mut sets = Sets::new(labels.len());
+    // Edges in their order meet triangles near one another, which a walk from triangle to triangle would not.
+    for edge in triangulation.edges() {
+        if let [Some(left), Some(right)] = edge.triangles.map(|it| it.map(|it| it as usize))
+            && labels[left] != 0
+            && labels[left] == labels[right]
+        {
+            sets.join(left, right);
+        }
+    }
+    let mut parts: Vec<Option<u32>> = vec![None; labels.len()];
     let mut count = 0;
-    let mut open = Vec::new();
-    for first in 0..parts.len() as TriangleId {
-        let label = labels[first as usize];
-        if label == 0 || parts[first as usize].is_some() {
-            continue;
+    for (triangle, _) in labels.iter().enumerate().filter(|(_, label)| **label != 0) {
+        // A set's root is its smallest member, so it comes first.
+        let root = sets.root(triangle);
+        if root == triangle {
+            parts[triangle] = Some(count);
+            count += 1;
+        } else {
+            parts[triangle] = parts[root];
         }
-        parts[first as usize] = Some(count);
-        open.push(first);
-        while let Some(triangle) = open.pop() {
-            for beyond in triangulation.across(triangle).into_iter().flatten() {
-                if labels[beyond as usize] == label && parts[beyond as usize].is_none() {
-                    parts[beyond as usize] = Some(count);
-                    open.push(beyond);
-                }
-            }
-        }
-        count += 1;
     }
     (parts, count as usize)
 }
@@ -236,10 +240,12 @@ fn rings(triangulation: &Triangulation, labels: &[u32]) -> Vec<(TriangleId, Vec<
     let label = |triangle: Option<TriangleId>| label_of(labels, triangle);
     let mut is_done = vec![[false; 2]; triangulation.edges().len()];
     let mut rings = Vec::new();
-    for (first, half) in (0..is_done.len()).flat_map(|edge| [(edge, 0), (edge, 1)]) {
+    let sides = triangulation.edges().iter().enumerate();
+    let borders = sides.filter(|(_, side)| label(side.triangles[0]) != label(side.triangles[1]));
+    for (first, half) in borders.flat_map(|(edge, _)| [(edge, 0), (edge, 1)]) {
         let triangles = triangulation.edges()[first].triangles;
-        let [here, beyond] = [label(triangles[half]), label(triangles[1 - half])];
-        let Some(beside) = triangles[half].filter(|_| here > 0 && here != beyond) else { continue };
+        let here = label(triangles[half]);
+        let Some(beside) = triangles[half].filter(|_| here > 0) else { continue };
         if is_done[first][half] {
             continue;
         }

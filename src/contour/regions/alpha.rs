@@ -2,6 +2,7 @@
 
 use asphera_geometry::Sets;
 use asphera_geometry::predicates::{compare_circumradius, compare_distances};
+use rayon::prelude::*;
 
 use super::radius_mm;
 use crate::graphs::{is_gabriel, spanning};
@@ -64,7 +65,7 @@ pub(super) fn connecting(
     let count = triangulation.triangles().len();
     let mut by_size: Vec<(f64, TriangleId)> =
         (0..count as TriangleId).map(|triangle| (size(triangle), triangle)).collect();
-    by_size.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    by_size.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut sets = Sets::new(count);
     let mut is_in = vec![false; count];
     let mut is_covered = vec![false; triangulation.len()];
@@ -105,7 +106,7 @@ pub(super) fn within(triangulation: &Triangulation, alpha_mm: f64) -> Vec<bool> 
         alpha_mm.is_finite() && alpha_mm > 0.0,
         "expected a finite α above 0, found {alpha_mm}"
     );
-    let triangles = triangulation.triangles().iter();
+    let triangles = triangulation.triangles().par_iter();
     triangles
         .map(|corners| {
             let places = corners.map(|corner| triangulation.place(corner));
