@@ -56,9 +56,16 @@ impl WeightedTree {
 
     /// The least of weight + distance in mm; `None` without points.
     pub fn least(&self, place: PointMm) -> Option<f64> {
-        let mut best = f64::INFINITY;
+        self.least_below(place, f64::INFINITY)
+    }
+
+    /// The least of weight + distance in mm if it is below a bound, within rounding; `None` where nothing is.
+    ///
+    /// Far from all points a small bound ends the search at once.
+    pub fn least_below(&self, place: PointMm, bound_mm: f64) -> Option<f64> {
+        let mut best = bound_mm;
         self.search(0, &self.entries, place, &mut best);
-        (best < f64::INFINITY).then_some(best)
+        (best < bound_mm).then_some(best)
     }
 
     /// The numbers, as they came, of the points with the `count` least sums, least first; of equal
