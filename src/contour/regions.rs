@@ -12,6 +12,7 @@ mod ct;
 mod discern;
 mod ec;
 mod gabriel;
+mod holders;
 mod peeling;
 mod sculpting;
 mod simple;

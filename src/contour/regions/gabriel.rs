@@ -2,8 +2,9 @@
 
 use std::cmp::Reverse;
 
-use asphera_geometry::predicates::{left_of, scalar_product};
+use asphera_geometry::predicates::scalar_product;
 
+use super::holders::Holders;
 use super::peeling::{Ear, Peeling, Verdict};
 use super::radius_mm;
 use crate::triangulation::TriangleId;
@@ -17,7 +18,7 @@ use crate::{Graph, Region, SampleId, Triangulation};
 /// a hole, that of the largest circle first, and the hole grows by the same rule; points at random have many such. J.
 /// Peethambaran, R. Muthuganapathy, *A non-parametric approach to shape reconstruction from planar point sets through Delaunay
 /// filtering*, Computer-Aided Design 62 (2015) 164-175; as their public program works. Angles are decided exactly, centres and radii are
-/// rounded. n·log n time and that of a walk through the mesh from each border triangle to the centre of its circle.
+/// rounded. n·log n time and that of short walks through the mesh to the centres of circles.
 pub fn relaxed_gabriel(triangulation: &Triangulation, holes: bool) -> Region {
     peeled(triangulation, holes).region()
 }
@@ -38,7 +39,8 @@ pub fn shape_hull_graph(triangulation: &Triangulation) -> Graph {
 
 fn peeled(triangulation: &Triangulation, holes: bool) -> Peeling<'_> {
     let key = |triangle: TriangleId| radius_mm(triangulation, triangle).to_bits();
-    let rule = |peeling: &Peeling, ear: Ear| match holder(triangulation, ear.triangle) {
+    let holders = Holders::new(triangulation);
+    let rule = |peeling: &Peeling, ear: Ear| match holders.holder(ear.triangle) {
         Some(holder) if peeling.holds(holder) => Verdict::StayWith(holder),
         _ => Verdict::Go,
     };
@@ -60,27 +62,6 @@ fn peeled(triangulation: &Triangulation, holes: bool) -> Peeling<'_> {
     peeling
 }
 
-/// The triangle that holds the centre of a triangle's circle; none if it lies beyond the hull.
-fn holder(triangulation: &Triangulation, triangle: TriangleId) -> Option<TriangleId> {
-    if obtuse_corner(triangulation, triangle).is_none() {
-        return Some(triangle);
-    }
-    let centre = triangulation.centres_mm()[triangle as usize];
-    if !centre.iter().all(|value| value.is_finite()) {
-        return None;
-    }
-    let mut at = triangle;
-    // In a Delaunay triangulation every triangle on the way is nearer to the place than the one before, so no walk goes in circles (H.
-    // Edelsbrunner, Combinatorica 10 (1990) 251-260).
-    loop {
-        let corners =
-            triangulation.triangles()[at as usize].map(|corner| triangulation.place(corner));
-        let leaves = |side: &usize| left_of(corners[(side + 1) % 3], corners[*side], centre);
-        let Some(side) = (0..3).find(leaves) else { return Some(at) };
-        at = triangulation.across(at)[side]?;
-    }
-}
-
 /// Whether a triangle is acute and each of its neighbours obtuse with its longest side towards it.
 fn is_fat(triangulation: &Triangulation, triangle: TriangleId) -> bool {
     let corners = triangulation.triangles()[triangle as usize];
@@ -94,7 +75,10 @@ fn is_fat(triangulation: &Triangulation, triangle: TriangleId) -> bool {
 }
 
 /// The corner of a triangle with an angle of more than 90°.
-fn obtuse_corner(triangulation: &Triangulation, triangle: TriangleId) -> Option<SampleId> {
+pub(super) fn obtuse_corner(
+    triangulation: &Triangulation,
+    triangle: TriangleId,
+) -> Option<SampleId> {
     let corners = triangulation.triangles()[triangle as usize];
     let obtuse = (0..3).find(|&corner| angle_is(triangulation, corners, corner).is_lt());
     obtuse.map(|corner| corners[corner])
