@@ -88,8 +88,8 @@ impl Choice {
         }
         let outliers = outliers(triangulation);
         let rest = Rest::new(triangulation, &outliers);
-        let curve = hnn_crust(&rest.triangulation);
-        let most_mm = longest_mm(&rest.triangulation, &curve);
+        let curve = hnn_crust(rest.triangulation());
+        let most_mm = longest_mm(rest.triangulation(), &curve);
         if !outliers.is_empty() {
             // Tips of corners look like short runs: one closed curve joins them without a long edge.
             let all = Choice::of_border(triangulation, &hnn_crust(triangulation), most_mm);
@@ -97,7 +97,7 @@ impl Choice {
                 return Choice { inner_share, ..all };
             }
         }
-        let found = Choice::of_border(&rest.triangulation, &curve, most_mm);
+        let found = Choice::of_border(rest.triangulation(), &curve, most_mm);
         Choice { inner_share, outliers, ..found }
     }
 
@@ -140,14 +140,14 @@ impl Choice {
         }
         let rest = Rest::new(triangulation, &self.outliers);
         let moved = match self.method {
-            Method::Lee => lee_reach_mm(&rest.triangulation).map(|h| lee(&rest.triangulation, h)),
-            Method::StretchDenoise => Some(stretch_denoise(&rest.triangulation, 0.0)),
+            Method::Lee => lee_reach_mm(rest.triangulation()).map(|h| lee(rest.triangulation(), h)),
+            Method::StretchDenoise => Some(stretch_denoise(rest.triangulation(), 0.0)),
             _ => None,
         };
         let Some(moved) = moved else {
             let graph = match self.method {
-                Method::Connect2d => connect2d(&rest.triangulation),
-                _ => hnn_crust(&rest.triangulation),
+                Method::Connect2d => connect2d(rest.triangulation()),
+                _ => hnn_crust(rest.triangulation()),
             };
             let graph = rest.back(&graph);
             return Some(FoundCurve { graph, ..FoundCurve::default() });
@@ -232,7 +232,7 @@ fn outliers(triangulation: &Triangulation) -> Vec<SampleId> {
     let mut out = Vec::new();
     for _ in 0..2 {
         let rest = Rest::new(triangulation, &out);
-        let set = &rest.triangulation;
+        let set = rest.triangulation();
         if set.len() < 8 {
             break;
         }
@@ -257,7 +257,7 @@ fn outliers(triangulation: &Triangulation) -> Vec<SampleId> {
         out.sort_unstable();
     }
     let rest = Rest::new(triangulation, &out);
-    let curve = hnn_crust(&rest.triangulation);
+    let curve = hnn_crust(rest.triangulation());
     let chains = curve.chains(rest.kept.len());
     if chains.iter().any(|chain| chain.samples.len() >= LONG) {
         let short = chains.iter().filter(|chain| !chain.closed && chain.samples.len() <= SHORT);
@@ -349,20 +349,30 @@ fn spread(triangulation: &Triangulation, curve: &Graph) -> f64 {
 }
 
 /// The samples without some of them.
-struct Rest {
-    triangulation: Triangulation,
+struct Rest<'a> {
+    all: &'a Triangulation,
+    /// The triangulation of the rest, if that is not all.
+    thinned: Option<Triangulation>,
     /// The sample that each of the rest is.
     kept: Vec<SampleId>,
 }
 
-impl Rest {
-    fn new(triangulation: &Triangulation, without: &[SampleId]) -> Rest {
+impl<'a> Rest<'a> {
+    fn new(all: &'a Triangulation, without: &[SampleId]) -> Rest<'a> {
         let is_kept = |sample: &SampleId| without.binary_search(sample).is_err();
-        let kept: Vec<SampleId> = (0..triangulation.len() as SampleId).filter(is_kept).collect();
-        let places: Vec<PlaceMm> = kept.iter().map(|&sample| triangulation.place(sample)).collect();
-        // Places of samples are admitted and sorted already: numbers are those of `kept`.
-        let samples = Samples::new(&places).unwrap_or_else(|_| triangulation.samples().clone());
-        Rest { triangulation: Triangulation::new(samples), kept }
+        let kept: Vec<SampleId> = (0..all.len() as SampleId).filter(is_kept).collect();
+        // What takes longest is not done again where nothing is left out.
+        let thinned = (!without.is_empty()).then(|| {
+            let places: Vec<PlaceMm> = kept.iter().map(|&sample| all.place(sample)).collect();
+            // Places of samples are admitted and sorted already: numbers are those of `kept`.
+            let samples = Samples::new(&places).unwrap_or_else(|_| all.samples().clone());
+            Triangulation::new(samples)
+        });
+        Rest { all, thinned, kept }
+    }
+
+    fn triangulation(&self) -> &Triangulation {
+        self.thinned.as_ref().unwrap_or(self.all)
     }
 
     /// A graph of the rest as one of all samples.
