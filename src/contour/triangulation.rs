@@ -284,7 +284,7 @@ fn drawn(count: usize) -> Vec<SampleId> {
         // Fibonacci hashing (D. E. Knuth, The Art of Computer Programming 3, section 6.4), mixed once.
         let spread = (last + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
         let mixed = (spread ^ (spread >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        order.swap(last as usize, ((mixed >> 32) * (last + 1) >> 32) as usize);
+        order.swap(last as usize, (((mixed >> 32) * (last + 1)) >> 32) as usize);
     }
     order
 }

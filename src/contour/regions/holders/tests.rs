@@ -27,7 +27,7 @@ fn sets() -> Vec<Vec<PlaceMm>> {
     });
     let narrow = (0..60).map(|index: u32| {
         let x = f64::from(index);
-        [x, if index % 2 == 0 { 0.0 } else { 0.25 }]
+        [x, if index.is_multiple_of(2) { 0.0 } else { 0.25 }]
     });
     vec![
         flower(5.0),
