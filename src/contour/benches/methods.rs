@@ -1,106 +1,178 @@
 //! How the time of every method grows, and whether it depends on the order of the points.
 //!
-//! `cargo bench -p asphera-contour --bench methods` runs each on samples of a closed curve: ten times 100,000 of them against
-//! 1,000,000 at once, the triangulation made before; medians of 3 runs. `ASPHERA_BENCH_POINTS` sets another larger number,
-//! `ASPHERA_BENCH_RUNS` another number of runs, `ASPHERA_BENCH_METHODS` names the methods, with commas between. A method that takes fewer points is named as such.
+//!     cargo bench -p asphera-contour --bench methods -- [--points N] [--runs R] [--methods A,B] [--json]
+//!
+//! Each takes N points at once, 1,000,000 where it is not said, against ten times a tenth of them: the method alone, and with its
+//! triangulation. Processor seconds of one thread, medians of R runs, 3 where it is not said. Graphs, curves and strokes have samples of
+//! a closed curve, regions have points at random in a square. The last column is triangulation and method of the points in the order in
+//! which they are traced, over the same in no order. A method that takes fewer points says so.
 
-use std::time::Instant;
+mod common {
+    #[path = "../../../reconstruct/benches/common/clock.rs"]
+    pub(crate) mod clock;
+    pub(crate) mod clouds;
+}
 
-use asphera_contour::{Method, Parameters, PlaceMm, Samples, Triangulation};
-use rand_core::{Rng as _, SeedableRng as _};
-use rand_pcg::Pcg64;
+use asphera_contour::strokes::Hint;
+use asphera_contour::{
+    Choice, CurveSampling, Kind, Method, Parameters, PlaceMm, Samples, Triangulation,
+};
+use rayon::ThreadPoolBuilder;
+
+use self::common::clock::timed;
+use self::common::clouds::{flower, shuffled, square};
 
 const PARTS: usize = 10;
 
+/// What is timed of a triangulation.
+#[derive(Clone, Copy)]
+enum Work {
+    /// A method with its defaults.
+    Method(Method),
+    /// The choice by the points.
+    Choice,
+    /// ε, ρ and u of the curve found by HNN-Crust, which is not timed.
+    Sampling,
+}
+
+/// Points of the work: many, a tenth of them, and the many in no order.
+struct Clouds {
+    large: Vec<PlaceMm>,
+    small: Vec<PlaceMm>,
+    shuffled: Vec<PlaceMm>,
+}
+
 #[expect(clippy::print_stdout, reason = "a benchmark prints what it measures")]
 fn main() {
-    let count = std::env::var("ASPHERA_BENCH_POINTS").map_or(1_000_000, |count| {
-        count.parse().expect("ASPHERA_BENCH_POINTS must be a number of points")
-    });
-    println!(
-        "{count} points against {PARTS} x {}, {} threads",
-        count / PARTS,
-        rayon::current_num_threads()
-    );
-    let runs = std::env::var("ASPHERA_BENCH_RUNS")
-        .map_or(3, |runs| runs.parse().expect("ASPHERA_BENCH_RUNS must be a number of runs"));
-    let large = curve(count);
-    let small = curve(count / PARTS);
-    let [whole, part] = [&large, &small].map(|points| median(runs, || drop(meshed(points))));
-    println!("| triangulation | {:.0} ms | {:.2} |", 1e3 * whole, whole / (PARTS as f64 * part));
-    let mut shuffled = large.clone();
-    shuffle(&mut shuffled);
-    let random = median(runs, || drop(meshed(&shuffled)));
-    println!(
-        "| the same, in no order | {:.0} ms | traced / random {:.2} |",
-        1e3 * random,
-        whole / random
-    );
-    let wanted = std::env::var("ASPHERA_BENCH_METHODS").ok();
-    let is_wanted = |method: &Method| {
-        wanted.as_ref().is_none_or(|names| names.split(',').any(|name| name == method.name()))
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let value = |name: &str| {
+        let at = arguments.iter().position(|argument| argument == name)?;
+        Some(arguments.get(at + 1).expect("a value after each word").clone())
     };
-    for method in Method::ALL.into_iter().filter(is_wanted) {
-        if let Err(refused) = method.run(&meshed(&large), &Parameters::new()) {
-            println!("| {} | {refused} | |", method.name());
-            continue;
-        }
-        let run = |points: &[PlaceMm]| {
-            // What a method shares with others is made anew for each: order of lengths, nearest samples, trees.
-            let mut times: Vec<f64> = (0..runs)
-                .map(|_| {
-                    let mesh = meshed(points);
-                    timed(|| drop(method.run(&mesh, &Parameters::new())))
-                })
-                .collect();
-            times.sort_by(f64::total_cmp);
-            times[runs / 2]
-        };
-        let [whole, part] = [run(&large), run(&small)];
+    let number = |name: &str, most: usize| {
+        value(name).map_or(most, |word| word.replace('_', "").parse().expect("a number"))
+    };
+    let (count, runs) = (number("--points", 1_000_000), number("--runs", 3));
+    let is_json = arguments.iter().any(|argument| argument == "--json");
+    let wanted = value("--methods");
+    let is_wanted =
+        |name: &str| wanted.as_ref().is_none_or(|names| names.split(',').any(|it| it == name));
+    let curve = Clouds::new(flower, count);
+    let area = Clouds::new(square, count);
+    let works = Method::ALL.into_iter().map(|method| (method.name(), Work::Method(method)));
+    let works = works.chain([("choice", Work::Choice), ("sampling", Work::Sampling)]);
+    if !is_json {
+        println!("{count} points against {PARTS} x {}, {runs} runs", count / PARTS);
         println!(
-            "| {} | {:.0} ms | {:.2} |",
-            method.name(),
-            1e3 * whole,
-            whole / (PARTS as f64 * part)
+            "{:<20}{:>10}{:>10}{:>11}{:>17}",
+            "", "s", "growth", "with mesh", "traced / random"
         );
     }
+    let one = ThreadPoolBuilder::new().num_threads(1).build().expect("threads");
+    one.install(|| {
+        for (name, clouds) in [("triangulation", &curve), ("of the square", &area)] {
+            let time = |points: &[PlaceMm]| median(runs, || timed(|| drop(meshed(points))).1);
+            let (whole, part) = (time(&clouds.large), time(&clouds.small));
+            let growth = whole / (PARTS as f64 * part);
+            let order = whole / time(&clouds.shuffled);
+            print(is_json, name, Ok([whole, growth, growth, order]));
+        }
+        for (name, work) in works.filter(|(name, _)| is_wanted(name)) {
+            let is_region = matches!(work, Work::Method(method) if is_of_area(method));
+            let clouds = if is_region { &area } else { &curve };
+            if let Err(refused) = work.run(&meshed(&clouds.large)) {
+                print(is_json, name, Err(refused));
+                continue;
+            }
+            let time = |points: &[PlaceMm]| {
+                let of = || work.times(points);
+                let times: Vec<[f64; 2]> = (0..runs).map(|_| of()).collect();
+                [0, 1].map(|which| middle(times.iter().map(|time| time[which]).collect()))
+            };
+            let [large, small, random] =
+                [&clouds.large, &clouds.small, &clouds.shuffled].map(|points| time(points));
+            let sum = |time: [f64; 2]| time[0] + time[1];
+            let growth = |large: f64, small: f64| large / (PARTS as f64 * small);
+            let alone = growth(large[1], small[1]);
+            let order = sum(large) / sum(random);
+            print(is_json, name, Ok([large[1], alone, growth(sum(large), sum(small)), order]));
+        }
+    });
+}
+
+impl Clouds {
+    fn new(cloud: impl Fn(usize) -> Vec<PlaceMm>, count: usize) -> Clouds {
+        let large = cloud(count);
+        Clouds { shuffled: shuffled(large.clone()), large, small: cloud(count / PARTS) }
+    }
+}
+
+impl Work {
+    /// Seconds of the triangulation, and of the work. What a method shares with others is made anew: order of lengths, nearest
+    /// samples, trees.
+    fn times(self, points: &[PlaceMm]) -> [f64; 2] {
+        let (mesh, mesh_s) = timed(|| meshed(points));
+        if let Work::Sampling = self {
+            let curve = asphera_contour::curves::hnn_crust(&mesh);
+            return [mesh_s, timed(|| drop(CurveSampling::new(&mesh, &curve))).1];
+        }
+        let (found, seconds) = timed(|| self.run(&mesh));
+        found.expect("a method that ran before");
+        [mesh_s, seconds]
+    }
+
+    fn run(self, mesh: &Triangulation) -> Result<(), String> {
+        let Work::Method(method) = self else {
+            if let Work::Choice = self {
+                drop(Choice::new(mesh).curve(mesh));
+            }
+            return Ok(());
+        };
+        let none = Parameters::new();
+        // The flower lies round its middle.
+        let hints = [Hint { at_mm: [0.123, 0.234], label: "within".to_owned() }];
+        let done = if method.takes_hints() {
+            method.strokes(mesh, &none, &hints).map(drop)
+        } else if method.kind() == Kind::Curve {
+            method.curve(mesh, &none).map(drop)
+        } else {
+            method.run(mesh, &none).map(drop)
+        };
+        done.map_err(|error| error.to_string())
+    }
+}
+
+/// Whether a method asks for points all over an area.
+fn is_of_area(method: Method) -> bool {
+    let is_strokes = method.takes_hints() || method == Method::TriangleGrowing;
+    method.kind() == Kind::Region && !is_strokes
 }
 
 fn meshed(points: &[PlaceMm]) -> Triangulation {
     Triangulation::new(Samples::new(points).expect("finite points"))
 }
 
-fn median(runs: usize, run: impl Fn()) -> f64 {
-    let mut times: Vec<f64> = (0..runs).map(|_| timed(&run)).collect();
+fn median(runs: usize, run: impl Fn() -> f64) -> f64 {
+    middle((0..runs).map(|_| run()).collect())
+}
+
+fn middle(mut times: Vec<f64>) -> f64 {
     times.sort_by(f64::total_cmp);
-    times[runs / 2]
+    times[times.len() / 2]
 }
 
-#[expect(clippy::disallowed_methods, reason = "a benchmark looks at the clock")]
-fn timed(run: impl FnOnce()) -> f64 {
-    let begun = Instant::now();
-    run();
-    begun.elapsed().as_secs_f64()
-}
-
-/// Samples of a flower of twelve leaves in the order in which it is traced, their places jittered along it.
-fn curve(count: usize) -> Vec<PlaceMm> {
-    let mut random = Pcg64::seed_from_u64(1);
-    let step = std::f64::consts::TAU / count as f64;
-    (0..count)
-        .map(|index| {
-            let jitter = (random.next_u64() >> 11) as f64 * 2_f64.powi(-53);
-            let angle = (index as f64 + 0.3 * jitter) * step;
-            let radius = 10.0 + 3.0 * (12.0 * angle).cos();
-            [radius * angle.cos(), radius * angle.sin()]
-        })
-        .collect()
-}
-
-/// Fisher and Yates's shuffle.
-fn shuffle(points: &mut [PlaceMm]) {
-    let mut random = Pcg64::seed_from_u64(2);
-    for last in (1..points.len()).rev() {
-        points.swap(last, (random.next_u64() % (last as u64 + 1)) as usize);
+/// Prints seconds, growth of the method alone and with its triangulation, and traced over random.
+#[expect(clippy::print_stdout, reason = "a benchmark prints what it measures")]
+fn print(is_json: bool, name: &str, found: Result<[f64; 4], String>) {
+    match found {
+        Ok([seconds, alone, with_mesh, order]) if is_json => println!(
+            "{{\"of\": \"{name}\", \"seconds\": {seconds:.4}, \"growth\": {alone:.3}, \"growth_with_mesh\": {with_mesh:.3}, \
+             \"traced_over_random\": {order:.3}}}"
+        ),
+        Ok([seconds, alone, with_mesh, order]) => {
+            println!("{name:<20}{seconds:>10.3}{alone:>10.2}{with_mesh:>11.2}{order:>17.2}");
+        }
+        Err(refused) if is_json => println!("{{\"of\": \"{name}\", \"refused\": \"{refused}\"}}"),
+        Err(refused) => println!("{name:<20}{refused}"),
     }
 }
