@@ -1,11 +1,13 @@
 //! Samples and figures of merit of the comparison of methods, for curves and for regions: no data needed.
 
+mod drawn;
 mod regions;
 
 use std::f64::consts::TAU;
 
 use asphera_geometry::Numbers;
 
+pub use self::drawn::{Drawing, DrawingError};
 pub use self::regions::{Distribution, RegionScore, RegionTrial, Shape};
 use crate::sampler::{BezierLine, Disturbance, Spacing, TrueCurve};
 use crate::{
@@ -104,8 +106,18 @@ impl Category {
     pub fn trial(&self, seed: u64, number: u32) -> Trial {
         let numbers = Numbers::new(seed, number, 16);
         let lines = self.lines(&numbers);
+        self.sampled(|spacing| TrueCurve::of_beziers(&lines, spacing), 2e-4, (seed, number))
+    }
+
+    /// Samples of a curve that is as fine as it is asked for; dense ones have the chord.
+    fn sampled(
+        &self,
+        curve: impl Fn(&Spacing) -> TrueCurve,
+        chord_mm: f64,
+        (seed, number): (u64, u32),
+    ) -> Trial {
         let by = |epsilon: Option<f64>, rho: Option<f64>| Spacing { epsilon, rho, chord_mm: None };
-        let dense = Spacing { chord_mm: Some(2e-4), ..Spacing::default() };
+        let dense = Spacing { chord_mm: Some(chord_mm), ..Spacing::default() };
         let spacing = match self {
             Category::UniformNoise | Category::Outliers => dense,
             Category::NonUniformNoise => by(Some(0.1), None),
@@ -121,7 +133,7 @@ impl Category {
             Category::Outliers => Disturbance { outliers_percent: 5.0, ..still },
             _ => still,
         };
-        let curve = TrueCurve::of_beziers(&lines, &spacing);
+        let curve = curve(&spacing);
         let points = disturbance.apply(&curve, &curve.sampled(&spacing));
         // Made here: finite and few.
         let samples =

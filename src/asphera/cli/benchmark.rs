@@ -1,7 +1,10 @@
 //! `asphera benchmark`: the methods of `contour` side by side, on curves and regions made for it.
 
 mod curves;
+mod data;
 mod regions;
+
+use std::path::PathBuf;
 
 use asphera_contour::Method;
 use clap::{Args, ValueEnum};
@@ -20,10 +23,14 @@ pub(super) struct BenchmarkArgs {
     /// multiple. Regions: disc, blob, star, letter, horseshoe, ring, plate or parts.
     #[arg(long, value_name = "C")]
     category: Option<String>,
+    /// Curves of this folder instead: .svg, .dxf, and .png with a dark shape. The categories of curves that make shapes of their own
+    /// are left out; `regions` takes the areas that the lines go round.
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
     /// These methods only; `auto` is the choice by the points.
     #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
     methods: Vec<String>,
-    /// How many sets of points of each category: 10 for curves, 1 for regions, unless given.
+    /// How many sets of points of each category: 10 for curves, 1 for regions, unless given. With --data of each file: 1.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     trials: Option<u32>,
     /// Seed of shapes, points and noise.

@@ -103,29 +103,7 @@ impl Shape {
         number: u32,
     ) -> RegionTrial {
         let outlines = self.outlines(&Numbers::new(seed, number, 32));
-        let numbers = Numbers::new(seed, number, 33 + distribution as u32);
-        let area_mm2: f64 = outlines.iter().map(Outline::area_mm2).sum();
-        let spacing_mm = (area_mm2 / points as f64).sqrt();
-        let [border_mm, interior_mm] = match distribution {
-            Distribution::Random | Distribution::Raster => [0.0; 2],
-            Distribution::DenseDense => [0.5; 2],
-            Distribution::DenseSparse => [0.5, 2.0],
-            Distribution::SparseDense => [2.0, 0.5],
-            Distribution::SparseSparse => [2.0; 2],
-        }
-        .map(|factor: f64| factor * spacing_mm);
-        let places = match distribution {
-            Distribution::Random => at_random(&outlines, &numbers).take(points).collect(),
-            Distribution::Raster => raster(&outlines, spacing_mm, &numbers),
-            _ => {
-                let mut places = borders(&outlines, border_mm);
-                apart(&outlines, interior_mm, &numbers, &mut places);
-                places
-            }
-        };
-        // Made here: finite and few.
-        let samples = Samples::new(&places).unwrap_or_else(|_| unreachable!("finite places"));
-        RegionTrial { triangulation: Triangulation::new(samples), outlines }
+        RegionTrial::laid(outlines, distribution, points, (seed, number))
     }
 
     fn outlines(&self, numbers: &Numbers) -> Vec<Outline> {
@@ -204,6 +182,38 @@ impl Distribution {
 }
 
 impl RegionTrial {
+    /// About so many points in areas of some 20 mm about the origin.
+    pub(super) fn laid(
+        outlines: Vec<Outline>,
+        distribution: Distribution,
+        points: usize,
+        (seed, number): (u64, u32),
+    ) -> RegionTrial {
+        let numbers = Numbers::new(seed, number, 33 + distribution as u32);
+        let area_mm2: f64 = outlines.iter().map(Outline::area_mm2).sum();
+        let spacing_mm = (area_mm2 / points as f64).sqrt();
+        let [border_mm, interior_mm] = match distribution {
+            Distribution::Random | Distribution::Raster => [0.0; 2],
+            Distribution::DenseDense => [0.5; 2],
+            Distribution::DenseSparse => [0.5, 2.0],
+            Distribution::SparseDense => [2.0, 0.5],
+            Distribution::SparseSparse => [2.0; 2],
+        }
+        .map(|factor: f64| factor * spacing_mm);
+        let places = match distribution {
+            Distribution::Random => at_random(&outlines, &numbers).take(points).collect(),
+            Distribution::Raster => raster(&outlines, spacing_mm, &numbers),
+            _ => {
+                let mut places = borders(&outlines, border_mm);
+                apart(&outlines, interior_mm, &numbers, &mut places);
+                places
+            }
+        };
+        // Made here: finite and few.
+        let samples = Samples::new(&places).unwrap_or_else(|_| unreachable!("finite places"));
+        RegionTrial { triangulation: Triangulation::new(samples), outlines }
+    }
+
     /// The true lines in mm: outlines counter-clockwise, holes clockwise.
     pub fn truth_mm(&self) -> Vec<Vec<PlaceMm>> {
         self.outlines.iter().flat_map(|outline| outline.rings().to_vec()).collect()
@@ -319,7 +329,7 @@ fn apart(outlines: &[Outline], spacing_mm: f64, numbers: &Numbers, places: &mut 
 }
 
 /// Side of the square about all shapes.
-const EXTENT_MM: f64 = 28.0;
+pub(super) const EXTENT_MM: f64 = 28.0;
 /// Places that are tried for each one there is room for.
 const TRIES: f64 = 20.0;
 /// An E.

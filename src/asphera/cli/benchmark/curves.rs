@@ -2,12 +2,13 @@
 
 use std::fmt::Write as _;
 
-use asphera_contour::benchmark::{Category, Score};
+use asphera_contour::benchmark::{Category, Drawing, Score, Trial};
 use asphera_contour::{Kind, Method};
 use serde::Serialize;
 
 use super::super::output::Failure;
 use super::super::progress::Progress;
+use super::data::drawings;
 use super::{BenchmarkArgs, asked, named, seconds};
 use crate::clock::Clock;
 
@@ -16,6 +17,9 @@ pub(super) struct CurvesReport {
     format: &'static str,
     trials: u32,
     seed: u64,
+    /// The files of `--data`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    data: Vec<String>,
     categories: Vec<CategoryFigures>,
 }
 
@@ -45,23 +49,37 @@ struct MethodFigures {
 pub(super) fn compared(args: &BenchmarkArgs) -> Result<CurvesReport, Failure> {
     let is_compared = |method: &Method| method.kind() == Kind::Curve || *method == Method::Auto;
     let methods = asked(args, "curves", is_compared)?;
-    let categories = named(args, &Category::ALL, Category::name)?;
-    let trials = args.trials.unwrap_or(TRIALS);
+    let drawn = args.data.as_deref().map(drawings).transpose()?.unwrap_or_default();
+    let all = if args.data.is_some() { &Category::OF_DRAWINGS[..] } else { &Category::ALL };
+    let categories = named(args, all, Category::name)?;
+    let trials = match drawn.len() as u32 {
+        0 => args.trials.unwrap_or(TRIALS),
+        files => files * args.trials.unwrap_or(1),
+    };
     let progress = Progress::start("benchmark");
     let categories = categories.into_iter().map(|category| {
         progress.stage(category.name());
-        figures(category, &methods, trials, args.seed)
+        figures((category, &drawn), &methods, trials, args.seed)
     });
     Ok(CurvesReport {
         format: "asphera-benchmark 1",
         trials,
         seed: args.seed,
+        data: drawn.iter().map(|(name, _)| name.clone()).collect(),
         categories: categories.collect::<Result<_, Failure>>()?,
     })
 }
 
+/// A set of samples of the category's own curve, or of the drawings in turn.
+fn trial(category: Category, drawn: &[(String, Drawing)], seed: u64, number: u32) -> Trial {
+    match drawn.get(number as usize % drawn.len().max(1)) {
+        Some((_, drawing)) => category.trial_of(drawing, seed, number),
+        None => category.trial(seed, number),
+    }
+}
+
 fn figures(
-    category: Category,
+    (category, drawn): (Category, &[(String, Drawing)]),
     methods: &[Method],
     trials: u32,
     seed: u64,
@@ -69,7 +87,7 @@ fn figures(
     let mut sums = vec![(Score { rms: 0.0, f: 0.0, two_edges: 0.0 }, 0.0); methods.len()];
     let share = f64::from(trials).recip();
     for number in 0..trials {
-        let trial = category.trial(seed, number);
+        let trial = trial(category, drawn, seed, number);
         for ((sum, run_s), method) in sums.iter_mut().zip(methods) {
             let clock = Clock::start();
             let score = trial.score(*method)?;
@@ -95,6 +113,10 @@ fn figures(
 impl CurvesReport {
     pub(super) fn summary(&self) -> String {
         let mut text = format!("{} curves a category, seed {}\n", self.trials, self.seed);
+        if !self.data.is_empty() {
+            // Writing into a String cannot fail.
+            let _ = writeln!(text, "of {}", self.data.join(", "));
+        }
         for CategoryFigures { category, methods, published_best } in &self.categories {
             // Writing into a String cannot fail.
             let _ = writeln!(

@@ -2,12 +2,13 @@
 
 use std::fmt::Write as _;
 
-use asphera_contour::benchmark::{Distribution, RegionTrial, Shape};
+use asphera_contour::benchmark::{Distribution, Drawing, DrawingError, RegionTrial, Shape};
 use asphera_contour::{Kind, Method};
 use serde::Serialize;
 
 use super::super::output::Failure;
 use super::super::progress::Progress;
+use super::data::drawings;
 use super::{BenchmarkArgs, asked, named, seconds};
 use crate::clock::Clock;
 
@@ -23,7 +24,8 @@ pub(super) struct RegionsReport {
 
 #[derive(Debug, PartialEq, Serialize)]
 struct ShapeFigures {
-    shape: &'static str,
+    /// Its name, or that of its file.
+    shape: String,
     /// By the mean of `l2`, best first; methods that refuse some of the points last.
     methods: Vec<MethodFigures>,
 }
@@ -49,27 +51,55 @@ struct DistributionFigures {
 
 pub(super) fn compared(args: &BenchmarkArgs) -> Result<RegionsReport, Failure> {
     let methods = asked(args, "regions", |method| method.kind() == Kind::Region)?;
-    let shapes = named(args, &Shape::ALL, Shape::name)?;
+    let areas = areas(args)?;
     let trials = args.trials.unwrap_or(TRIALS);
     let progress = Progress::start("benchmark");
-    let shapes = shapes.into_iter().map(|shape| {
-        progress.stage(shape.name());
-        let mut rows: Vec<MethodFigures> =
-            methods.iter().map(|&method| figures(shape, method, trials, args.seed)).collect();
+    let mut shapes = Vec::new();
+    for (shape, area) in areas {
+        progress.stage(&shape);
+        let mut rows = Vec::new();
+        for &method in &methods {
+            let row = figures(&area, method, trials, args.seed);
+            rows.push(row.map_err(|why| format!("{shape}: {why}"))?);
+        }
         let rank = |row: &MethodFigures| row.l2.unwrap_or(f64::INFINITY);
         rows.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
-        ShapeFigures { shape: shape.name(), methods: rows }
-    });
+        shapes.push(ShapeFigures { shape, methods: rows });
+    }
     Ok(RegionsReport {
         format: "asphera-benchmark-regions 1",
         trials,
         seed: args.seed,
         points: POINTS,
-        shapes: shapes.collect(),
+        shapes,
     })
 }
 
-fn figures(shape: Shape, method: Method, trials: u32, seed: u64) -> MethodFigures {
+/// Where points are laid.
+enum Area {
+    Shape(Shape),
+    Drawing(Drawing),
+}
+
+/// The areas that were asked for, by their names.
+fn areas(args: &BenchmarkArgs) -> Result<Vec<(String, Area)>, Failure> {
+    let Some(folder) = &args.data else {
+        let shapes = named(args, &Shape::ALL, Shape::name)?;
+        let named = |shape: Shape| (shape.name().to_owned(), Area::Shape(shape));
+        return Ok(shapes.into_iter().map(named).collect());
+    };
+    if args.category.is_some() {
+        return Err("--data takes all areas of its folder: leave --category out".into());
+    }
+    Ok(drawings(folder)?.into_iter().map(|(name, drawn)| (name, Area::Drawing(drawn))).collect())
+}
+
+fn figures(
+    area: &Area,
+    method: Method,
+    trials: u32,
+    seed: u64,
+) -> Result<MethodFigures, DrawingError> {
     let (mut right, mut run_s) = (0, 0.0);
     let mut score = |trial: &RegionTrial| {
         let clock = Clock::start();
@@ -79,27 +109,34 @@ fn figures(shape: Shape, method: Method, trials: u32, seed: u64) -> MethodFigure
         right += u32::from(found.is_some_and(|found| found.topology));
         found.map(|found| found.l2)
     };
-    let distributions: Vec<DistributionFigures> = Distribution::ALL
-        .into_iter()
-        .map(|distribution| DistributionFigures {
-            distribution: distribution.name(),
-            l2: POINTS.map(|points| {
-                let all: Option<Vec<f64>> = (0..trials)
-                    .map(|number| score(&shape.trial(distribution, points, seed, number)))
-                    .collect();
-                all.map(|all| all.iter().sum::<f64>() / f64::from(trials))
-            }),
-        })
-        .collect();
+    let trial = |distribution: Distribution, points: usize, number: u32| match area {
+        Area::Shape(shape) => Ok(shape.trial(distribution, points, seed, number)),
+        Area::Drawing(drawing) => {
+            RegionTrial::of_drawing(drawing, (distribution, points), (seed, number))
+        }
+    };
+    let mut distributions = Vec::new();
+    for distribution in Distribution::ALL {
+        let mut l2 = [None; 3];
+        for (l2, points) in l2.iter_mut().zip(POINTS) {
+            let mut all = Vec::new();
+            for number in 0..trials {
+                all.push(score(&trial(distribution, points, number)?));
+            }
+            let all: Option<Vec<f64>> = all.into_iter().collect();
+            *l2 = all.map(|all| all.iter().sum::<f64>() / f64::from(trials));
+        }
+        distributions.push(DistributionFigures { distribution: distribution.name(), l2 });
+    }
     let sets = (POINTS.len() * Distribution::ALL.len()) as f64;
     let all: Option<Vec<f64>> = distributions.iter().flat_map(|row| row.l2).collect();
-    MethodFigures {
+    Ok(MethodFigures {
         method: method.name(),
         l2: all.map(|all| all.iter().sum::<f64>() / sets),
         topology: f64::from(right) / (sets * f64::from(trials)),
         run_s: run_s / (sets * f64::from(trials)),
         distributions,
-    }
+    })
 }
 
 impl RegionsReport {
