@@ -27,7 +27,7 @@ pub fn distances_mm(points_mm: &[PointMm], facets: &[[u32; 3]], places_mm: &[Poi
 }
 
 /// The place of a triangle that is nearest to a place (C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5).
-fn nearest([a, b, c]: [PointMm; 3], place: PointMm) -> PointMm {
+pub(crate) fn nearest([a, b, c]: [PointMm; 3], place: PointMm) -> PointMm {
     let [ab, ac] = [minus(b, a), minus(c, a)];
     let along = |shares: [f64; 2]| {
         let [u, v] = shares;

@@ -1,14 +1,15 @@
 //! The graph method: a surface through landmarks, found in a graph of neighbours.
 //!
 //! "Graph-based 2-manifold reconstruction"; sections, equations and tables named here are that paper's. Geometry ends with the
-//! graph: what follows counts hops and contacts. The steps are
+//! graph: steps 2 to 6 count hops and contacts. The steps are
 //!
 //! 1. [`links`]: an edge to each of the κ nearest;
 //! 2. [`landmarks`]: a maximal set of points at least k hops apart;
 //! 3. [`cells`]: every point belongs to the nearest landmark in hops;
 //! 4. [`contacts`]: landmarks whose cells touch at more than `a` points are joined (the combinatorial Delaunay map);
 //! 5. [`faces`]: cycles of 3, 4, ... edges, an edge in at most two;
-//! 6. [`triangles`]: longer faces cut by their short diagonals.
+//! 6. [`triangles`]: longer faces cut by their short diagonals;
+//! 7. [`put_back`], where asked for: all other points become vertices, by lengths and angles.
 //!
 //! Ties of distances fall by coordinates and those of hops by the order of the landmarks. So the surface depends on the places
 //! alone.
@@ -18,6 +19,7 @@ mod contacts;
 mod faces;
 mod landmarks;
 mod links;
+mod put_back;
 mod triangles;
 
 use asphera_geometry::{PointMm, Sets};
@@ -160,6 +162,8 @@ pub enum Stage {
     Faces,
     /// Faces cut into triangles, and turned.
     Triangles,
+    /// Points that landmarks stand for, put back as vertices; where that is asked for.
+    PutBack,
 }
 
 /// Why the graph method cannot begin.

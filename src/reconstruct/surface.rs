@@ -31,6 +31,8 @@ pub enum LeftOut {
     Pruned,
     /// A landmark in no face of the graph method.
     NoFace,
+    /// A point that would fold the surface of the graph method as a vertex.
+    Folding,
     /// No facet of the method has it as a corner.
     NoFacet,
     /// It touches no big ball outside: it lies within a band of noise, or behind the surface.

@@ -66,7 +66,7 @@ pub(super) struct ReconstructArgs {
 enum MethodName {
     /// Stars in tangent planes: every point becomes a vertex.
     Local,
-    /// A coarse surface through landmarks, from a graph of neighbours: topology rather than form.
+    /// A coarse surface through landmarks, from a graph of neighbours: topology rather than form. --put-back adds the other points.
     Graph,
     /// Alpha shape: facets on which an empty ball of diameter --alpha can rest. Exact, no theorem.
     Alpha,
@@ -129,7 +129,7 @@ pub(super) fn run(args: &ReconstructArgs) -> Result<Exit, Failure> {
     }
     if args.method != MethodName::Graph && args.graph.is_asked() {
         return Err(
-            "--kappa, --hops, --threshold, --faces and --sweep belong to --method graph; add it"
+            "--kappa, --hops, --threshold, --faces, --order, --put-back and --sweep belong to --method graph; add it"
                 .into(),
         );
     }

@@ -141,7 +141,7 @@ fn word(why: LeftOut) -> &'static str {
         LeftOut::NoPlace => "no place",
         LeftOut::Duplicate => "duplicate",
         LeftOut::NoPlane => "no tangent plane",
-        LeftOut::Pruned | LeftOut::NoFace | LeftOut::NoFacet => "no facet",
+        LeftOut::Pruned | LeftOut::NoFace | LeftOut::Folding | LeftOut::NoFacet => "no facet",
         LeftOut::Noise => "noise",
         LeftOut::Disagreement => "corners disagree",
     }

@@ -89,7 +89,7 @@ fn ascending_bits(value: f64) -> u64 {
 }
 
 /// A number for a place that any power of two as scale leaves as it is: from mantissas, signs and ratios of powers.
-fn hash(place: PointMm) -> u64 {
+pub(super) fn hash(place: PointMm) -> u64 {
     let first = place.iter().find(|&&value| value != 0.0).map_or(0, |&value| power(value));
     place.iter().fold(0x9e37_79b9_7f4a_7c15, |sum, &value| {
         let ratio = if value == 0.0 { u64::MAX } else { power(value).wrapping_sub(first) };

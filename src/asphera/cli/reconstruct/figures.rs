@@ -216,6 +216,7 @@ fn word(why: LeftOut) -> &'static str {
         LeftOut::NoFacet => "a corner of no facet of the method",
         LeftOut::Noise => "touches no big ball outside: noise, or behind the surface",
         LeftOut::NoFace => "a landmark in no face",
+        LeftOut::Folding => "as a vertex it would fold the surface",
         LeftOut::Disagreement => {
             "corners do not agree: spacing beyond the features, crossing sheets or noise"
         }

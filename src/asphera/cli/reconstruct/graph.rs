@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 
 use asphera_geometry::PointMm;
 use asphera_link::Nanos;
-use asphera_reconstruct::{FaceRule, GraphChoices, GraphMap, GraphSurface, PointGraph, Stage};
+use asphera_reconstruct::{
+    FaceRule, GraphChoices, GraphMap, GraphSurface, LandmarkOrder, PointGraph, Stage,
+};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
@@ -25,6 +27,12 @@ pub(super) struct GraphArgs {
     /// Of --method graph: which cycles are faces.
     #[arg(long, value_enum, default_value = "filled")]
     faces: Faces,
+    /// Of --method graph: which points become landmarks first.
+    #[arg(long, value_enum, default_value = "sweep")]
+    order: Order,
+    /// Of --method graph: put the points back that landmarks stand for, with the same topology.
+    #[arg(long, conflicts_with = "sweep")]
+    put_back: bool,
     /// Of --method graph: print a table of surfaces for several --hops and --threshold.
     #[arg(long)]
     sweep: bool,
@@ -38,6 +46,14 @@ enum Faces {
     Any,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum Order {
+    /// By z, then x, then y: landmarks lie close together.
+    Sweep,
+    /// By a fixed number drawn from the coordinates: a further point changes landmarks near it only, but they lie less close.
+    Priority,
+}
+
 impl GraphArgs {
     pub(super) fn sweeps(&self) -> bool {
         self.sweep
@@ -45,7 +61,10 @@ impl GraphArgs {
 
     /// Whether anything of the graph method was asked for.
     pub(super) fn is_asked(&self) -> bool {
-        self.sweep || self.kappa != KAPPA || self.choices() != GraphChoices::default()
+        self.sweep
+            || self.put_back
+            || self.kappa != KAPPA
+            || self.choices() != GraphChoices::default()
     }
 
     fn choices(&self) -> GraphChoices {
@@ -53,12 +72,11 @@ impl GraphArgs {
             Faces::Filled => FaceRule::Filled,
             Faces::Any => FaceRule::Any,
         };
-        GraphChoices {
-            hops: self.hops,
-            threshold: self.threshold,
-            faces,
-            ..GraphChoices::default()
-        }
+        let order = match self.order {
+            Order::Sweep => LandmarkOrder::Sweep,
+            Order::Priority => LandmarkOrder::Priority,
+        };
+        GraphChoices { hops: self.hops, threshold: self.threshold, order, faces }
     }
 
     pub(super) fn surface(
@@ -69,7 +87,10 @@ impl GraphArgs {
         let mut stages = Stages { clock, running: None, stages_s: GraphStages::default() };
         let graph =
             PointGraph::new(points_mm, self.kappa.into(), &mut |stage| stages.enter(stage))?;
-        let found = graph.surface(&self.choices(), &mut |stage| stages.enter(stage))?;
+        let mut found = graph.surface(&self.choices(), &mut |stage| stages.enter(stage))?;
+        if self.put_back {
+            found.reconstruction = graph.put_back(&found, &mut |stage| stages.enter(stage));
+        }
         Ok((found, stages.end()))
     }
 
@@ -104,22 +125,28 @@ pub(super) struct GraphStages {
     map: f64,
     faces: f64,
     triangles: f64,
+    /// With --put-back only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    put_back: Option<f64>,
 }
 
 impl GraphStages {
     /// A line of milliseconds.
     pub(super) fn line(&self) -> String {
-        let GraphStages { tree, neighbours, landmarks, cells, map, faces, triangles } = self;
+        let GraphStages { tree, neighbours, landmarks, cells, map, faces, triangles, put_back } =
+            self;
         let ms = |seconds: &f64| format!("{:.1}", 1e3 * seconds);
+        let put_back = put_back.as_ref().map(|seconds| format!(", put back {}", ms(seconds)));
         format!(
-            "tree {}, neighbours {}, landmarks {}, cells {}, map {}, faces {}, triangles {} ms",
+            "tree {}, neighbours {}, landmarks {}, cells {}, map {}, faces {}, triangles {}{} ms",
             ms(tree),
             ms(neighbours),
             ms(landmarks),
             ms(cells),
             ms(map),
             ms(faces),
-            ms(triangles)
+            ms(triangles),
+            put_back.unwrap_or_default()
         )
     }
 }
@@ -148,6 +175,7 @@ impl Stages<'_> {
             Stage::Map => &mut stages_s.map,
             Stage::Faces => &mut stages_s.faces,
             Stage::Triangles => &mut stages_s.triangles,
+            Stage::PutBack => stages_s.put_back.get_or_insert(0.0),
         } += now.since(since).as_secs_f64();
     }
 

@@ -71,6 +71,20 @@ fn the_graph_method_gives_a_coarse_closed_ball_with_its_stages_and_a_table() {
     assert!(figures["stages_s"]["neighbours"].as_f64().unwrap() > 0.0);
     assert!(report.summary().contains("\nstages "));
 
+    // The same topology through all points.
+    let (report, points, facets) = made(&parsed(&["--hops", "4", "--put-back"])).unwrap();
+    let figures = &serde_json::to_value(&report).unwrap()["mesh"]["reconstruction"];
+    assert_eq!(facets.len(), 2 * points.len() - 4);
+    assert_eq!(figures["facets"].as_u64().unwrap() as usize, facets.len());
+    assert_eq!((&figures["genus"], &figures["closed"]), (&0.into(), &true.into()));
+    assert_eq!(figures["left_out"], serde_json::json!({}));
+    assert!(figures["stages_s"]["put_back"].as_f64().unwrap() > 0.0);
+    assert!(report.summary().contains(", put back "), "{}", report.summary());
+
+    // Another order of the landmarks is another coarse surface.
+    let coarse = |order: &str| made(&parsed(&["--hops", "4", "--order", order])).unwrap().2;
+    assert_ne!(coarse("sweep"), coarse("priority"));
+
     let table = parsed(&["--sweep"]).graph.table(&points).unwrap();
     assert_eq!(table.rows.len(), 14);
     // More hops give no more faces.
@@ -79,9 +93,11 @@ fn the_graph_method_gives_a_coarse_closed_ball_with_its_stages_and_a_table() {
     assert_eq!(table.rows[3].genus, 0.0);
 
     // What belongs to the graph method is not left out in silence.
-    let words = ["asphera", "reconstruct", file, "--hops", "4"];
-    let Command::Reconstruct(args) = Cli::try_parse_from(words).unwrap().command else { panic!() };
-    assert!(super::run(&args).unwrap_err().to_string().contains("belong to --method graph"));
+    for more in [&["--hops", "4"][..], &["--order", "priority"], &["--put-back"]] {
+        let cli = Cli::try_parse_from(["asphera", "reconstruct", file].iter().chain(more)).unwrap();
+        let Command::Reconstruct(args) = cli.command else { panic!() };
+        assert!(super::run(&args).unwrap_err().to_string().contains("belong to --method graph"));
+    }
 
     // Points along a line have no surface, and the words say so.
     let line: String = (0..200).map(|x| format!("{} 0 0\n", 0.7 * f64::from(x))).collect();

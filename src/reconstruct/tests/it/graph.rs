@@ -12,7 +12,7 @@ use rand_pcg::Pcg64;
 
 use crate::shapes::{ball, torus, uniform};
 
-fn surface(points: &[PointMm], choices: &GraphChoices) -> GraphSurface {
+pub(crate) fn surface(points: &[PointMm], choices: &GraphChoices) -> GraphSurface {
     let graph = PointGraph::new(points, 15, &mut |_| {}).unwrap();
     graph.surface(choices, &mut |_| {}).unwrap()
 }
@@ -116,7 +116,7 @@ fn assert_closed(points: &[PointMm], choices: &GraphChoices, genus: i64) {
 }
 
 /// Points of a torus at random, of equal density.
-fn random_torus(count: usize, seed: u64) -> Vec<PointMm> {
+pub(crate) fn random_torus(count: usize, seed: u64) -> Vec<PointMm> {
     let mut random = Pcg64::seed_from_u64(seed);
     let mut turn = || std::f64::consts::TAU * uniform(&mut random);
     let mut points = Vec::new();

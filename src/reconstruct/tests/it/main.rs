@@ -13,6 +13,7 @@ mod graph;
 mod invariance;
 mod peers;
 mod proof;
+mod put_back;
 mod real;
 mod shapes;
 mod stars;

@@ -19,7 +19,7 @@ fn solids() -> PathBuf {
 
 /// The points of an OFF file, of a PLY file in text with x, y, z first, or of text whose first columns are x, y, z; `None` where the file is not there.
 #[expect(clippy::print_stderr, reason = "a skipped test says so")]
-fn points(name: &str) -> Option<Vec<PointMm>> {
+pub(crate) fn points(name: &str) -> Option<Vec<PointMm>> {
     let Ok(text) = std::fs::read_to_string(solids().join(name)) else {
         eprintln!("skipped: no {name}; ASPHERA_DATA names the folder of reference data");
         return None;
