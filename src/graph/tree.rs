@@ -30,7 +30,7 @@ pub(crate) struct Node<const D: usize> {
 }
 
 /// A leaf holds so many places at most.
-pub(crate) const LEAF: usize = 16;
+pub(crate) const LEAF: usize = 12;
 
 /// Ranges above this length are split on two threads.
 const SHARED: usize = 1 << 15;

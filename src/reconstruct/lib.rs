@@ -45,7 +45,7 @@ pub use graph::{
     MOST_HOPS, MOST_NEIGHBOURS, NoSurface, PointGraph, Stage,
 };
 pub use local::{FacetChanges, LocalSurface, MOST_POINTS, SurfaceByPlace, TooManyPoints, local};
-pub use natural::{NATURAL_BOUND, Natural, natural, natural_toward};
+pub use natural::{NATURAL_BOUND, Natural, natural};
 pub use prove::{Proof, ProofError, prove};
 pub use robust_cocone::{RobustCocone, robust_cocone};
 pub use sampling::{LISTED_ABOVE, SamplingCondition};

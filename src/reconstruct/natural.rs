@@ -47,26 +47,11 @@ pub const NATURAL_BOUND: f64 = 0.25;
 ///
 /// Points that do not span space.
 pub fn natural(points_mm: &[PointMm]) -> Result<Natural, NoDelaunay> {
-    made(points_mm, None)
-}
-
-/// Reconstructs a surface that was looked at from one side: `way` leads to what looked at it, and every outward normal has a part along it.
-///
-/// Poles tell no sides of an open surface, for both lie outside. Turned by the way its normals agree.
-///
-/// # Errors
-///
-/// As [`natural`].
-pub fn natural_toward(points_mm: &[PointMm], way: PointMm) -> Result<Natural, NoDelaunay> {
-    made(points_mm, Some(way))
-}
-
-fn made(points_mm: &[PointMm], way: Option<PointMm>) -> Result<Natural, NoDelaunay> {
     let delaunay = Delaunay::new(points_mm)?;
     let centres = centres::of(&delaunay);
     let poles = Poles::of(&delaunay, &centres);
     let sides = Sides::of(&delaunay, &centres, &poles, 0.0);
-    let (outward, one_sided) = outward(&poles, &sides, way);
+    let (outward, one_sided) = outward(&poles, &sides);
     let spheres: Vec<(PointMm, f64)> = (centres.iter().zip(&delaunay.corners))
         .map(|(&centre, corners)| {
             let way = minus(centre, delaunay.place(corners[0]));
@@ -104,28 +89,18 @@ fn made(points_mm: &[PointMm], way: Option<PointMm>) -> Result<Natural, NoDelaun
         one_sided,
         lids,
         sampling: SamplingCondition::of(&delaunay.points_mm, &poles, &facets, NATURAL_BOUND),
-        surface: match way {
-            Some(way) => {
-                of_vertices(points_mm, &delaunay, facets, LeftOut::NoFacet).facing(points_mm, way)
-            }
-            None => of_vertices(points_mm, &delaunay, facets, LeftOut::NoFacet),
-        },
+        surface: of_vertices(points_mm, &delaunay, facets, LeftOut::NoFacet),
     })
 }
 
-/// Outward normals of vertices, by the way to what looked at them or else by the sides of poles, and how many have both poles on one
-/// side.
-fn outward(poles: &Poles, sides: &Sides, way: Option<PointMm>) -> (Vec<Option<PointMm>>, usize) {
+/// Outward normals of vertices, and how many have both poles on one side.
+fn outward(poles: &Poles, sides: &Sides) -> (Vec<Option<PointMm>>, usize) {
     let is_outside = |cell: u32| cell == INFINITE || sides.is_outside[cell as usize];
     let one_sided = (poles.cells.iter().zip(&poles.second))
         .filter(|&(&[one, other], second)| second.is_some() && is_outside(one) == is_outside(other))
         .count();
     let outward = (poles.normals.iter().zip(&poles.cells)).map(|(normal, &[first, _])| {
-        normal.map(|normal| {
-            let along = way.map_or(0.0, |way| dot(normal, way));
-            let is_outward = if along == 0.0 { is_outside(first) } else { along > 0.0 };
-            if is_outward { normal } else { scaled(normal, -1.0) }
-        })
+        normal.map(|normal| if is_outside(first) { normal } else { scaled(normal, -1.0) })
     });
     (outward.collect(), one_sided)
 }

@@ -19,7 +19,7 @@ use crate::Samples;
 use convolution::{Field, Kernel, Mirrors, block};
 use drawn::Drawn;
 use rims::{creases, rims};
-use scale::{BASE, CREASE_DOUBT, RIM_DOUBT, Scale, Variations, of_rims};
+use scale::{BASE, CREASE_DOUBT, Scale, Variations, of_creases};
 
 /// The area, and how it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,13 +44,19 @@ pub struct BlurredArea {
 /// a polynomial in σ at 0, else one in σ². Where these σ take much, 1, √2 and 2 decide, and serve smooth bodies. Where they take little,
 /// steps of the grid would stand out, so σ grows as the root of the radius of curvature, on a grid as much coarser.
 ///
-/// Where material touches the border of the volume, the faces that close it have rims, which are no edges of the part. What blur takes off
-/// these is given back.
+/// Where material touches the border of the volume, flat faces close it half a spacing beyond: each of their samples is a square, and walls
+/// of half a spacing join them to the area of [`area_to_border`].
 ///
 /// Blurring is slow. Of more than 4,000 blocks of 32³ samples with surface in them, 250 drawn by strata are blurred. The area
 /// of the others follows from that of their marching cubes, as a ratio, whose scatter between the blocks `u` counts too.
 pub fn blurred_area(samples: &Samples) -> BlurredArea {
-    area(samples, Mirrors::default())
+    let found = area_to_border(samples);
+    if !samples.touches_border() {
+        return found;
+    }
+    let walls = rims(samples) / 2.0;
+    let area = found.area + faces(samples) as f64 + walls;
+    BlurredArea { area, u: found.u.hypot(WALL_DOUBT * walls), ..found }
 }
 
 /// The same up to the outermost samples, beyond which nothing is known: no faces close the volume there.
@@ -58,25 +64,25 @@ pub fn blurred_area(samples: &Samples) -> BlurredArea {
 /// The volume goes on as its mirror image. Walls that do not meet the border at right angles have creases there: what blur takes off
 /// these is given back, by how far the walls lean.
 pub(crate) fn area_to_border(samples: &Samples) -> BlurredArea {
-    area(samples, samples.touched_faces())
+    area_with(samples, samples.touched_faces())
 }
 
-fn area(samples: &Samples, mirrors: Mirrors) -> BlurredArea {
+fn area_with(samples: &Samples, mirrors: Mirrors) -> BlurredArea {
     if let Some(drawn) = Drawn::new(samples, mirrors) {
         return drawn.area();
     }
     let is_mirrored = mirrors != Mirrors::default();
-    let rims = if is_mirrored { creases(samples) } else { rims(samples) };
+    let creases = if is_mirrored { creases(samples) } else { 0.0 };
     let measured = |scale: Scale| {
         let field = Field { samples, level: scale.level, mirrors };
         let sums = scale.sigmas().map(|sigma| variation(field, sigma));
-        Variations { scale, sums }.with_rims(rims)
+        Variations { scale, sums }.with_creases(creases)
     };
     let base = measured(BASE);
     let mut best = base;
     if let Some(finer) = base.finer() {
         best = measured(finer);
-    } else if rims == 0.0 || !is_mirrored {
+    } else if creases == 0.0 {
         // Creases are known to a few percent, and blur takes the more off them the coarser it is.
         while let Some(coarser) = best.coarser(base.loss()) {
             let next = measured(coarser);
@@ -97,9 +103,9 @@ fn area(samples: &Samples, mirrors: Mirrors) -> BlurredArea {
     // Steps of the grid would disturb the finer σ where edges prevail.
     let used = if has_edges && best.scale.is_finer() { base } else { best };
     // What is left of creases looks like edges.
-    let of_creases = if is_mirrored { of_rims(used.scale, false) * rims } else { 0.0 };
-    let has_edges = has_edges && (used.area(true) - used.area(false)).abs() >= of_creases;
-    let doubt = doubt_of(mirrors) * of_rims(used.scale, has_edges) * rims;
+    let of_smooth = of_creases(used.scale, false) * creases;
+    let has_edges = has_edges && (used.area(true) - used.area(false)).abs() >= of_smooth;
+    let doubt = CREASE_DOUBT * of_creases(used.scale, has_edges) * creases;
     BlurredArea {
         area: used.area(has_edges),
         u: used.uncertainty(has_edges).hypot(doubt),
@@ -109,9 +115,24 @@ fn area(samples: &Samples, mirrors: Mirrors) -> BlurredArea {
     }
 }
 
-/// The share of rims or creases that is uncertain.
-fn doubt_of(mirrors: Mirrors) -> f64 {
-    if mirrors == Mirrors::default() { RIM_DOUBT } else { CREASE_DOUBT }
+/// Standard uncertainty of the area of walls between the outermost samples and the faces that close a volume, as a share of it: they may
+/// lean.
+const WALL_DOUBT: f64 = 1.0 / 3.0;
+
+/// Foreground samples of the six slices at the border; one at an edge of the volume counts for each.
+fn faces(samples: &Samples) -> u64 {
+    let [nx, ny, nz] = samples.size();
+    let row = |y: usize, z: usize| -> u64 {
+        samples.row(y, z).iter().map(|word| u64::from(word.count_ones())).sum()
+    };
+    let mut count = 0;
+    for z in 1..=nz {
+        count += row(1, z) + row(ny, z);
+        for y in 1..=ny {
+            count += [1, nx].iter().filter(|&&x| samples.padded_bit(x, y, z)).count() as u64;
+        }
+    }
+    count + (1..=ny).map(|y| row(y, 1) + row(y, nz)).sum::<u64>()
 }
 
 /// Side of the blocks that are blurred one at a time.

@@ -39,8 +39,7 @@ pub(super) struct ReconstructArgs {
     alpha: Option<f64>,
     #[command(flatten)]
     graph: GraphArgs,
-    /// From the surface to the probe that looked at it: open parts are turned so that they face this way. `natural` takes the side that
-    /// lies this way as outside, which suits parts that were seen from one side.
+    /// From the surface to the probe that looked at it: open parts are turned so that they face this way. Closed ones face outwards.
     #[arg(long, value_name = "X,Y,Z", value_parser = way, allow_hyphen_values = true)]
     toward: Option<[f64; 3]>,
     /// Run every method and print a row of figures for each.
@@ -195,8 +194,8 @@ fn found(
 ) -> Result<Found, Failure> {
     let named = |why: &dyn std::fmt::Display| format!("{}: {why}", args.source.display());
     if let Some(method) = method.of_delaunay() {
-        let (surface, figures) = delaunay::surface(method, points_mm, args.alpha, args.toward)
-            .map_err(|why| named(&why))?;
+        let (surface, figures) =
+            delaunay::surface(method, points_mm, args.alpha).map_err(|why| named(&why))?;
         return Ok(Found { surface, figures: Some(figures), stages: None });
     }
     if method == MethodName::Graph {
@@ -240,7 +239,7 @@ fn compared(args: &ReconstructArgs) -> Result<Comparison, Failure> {
         let clock = Clock::start();
         // A wrap of a ball is a complex, and no surface to compare.
         let found = match method {
-            MethodName::Wrap => delaunay::surface(DelaunayMethod::Wrap, &points_mm, None, None)
+            MethodName::Wrap => delaunay::surface(DelaunayMethod::Wrap, &points_mm, None)
                 .map(|(surface, figures)| Found { surface, figures: Some(figures), stages: None }),
             _ => found(args, method, &points_mm, &clock),
         };

@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::convolution::{Field, Kernel, Mirrors, block};
-use super::rims::{creases_of_blocks, rims_of_blocks};
-use super::scale::{BASE, Scale, Variations, of_rims};
-use super::{BLOCK, BlurredArea, doubt_of};
+use super::rims::creases_of_blocks;
+use super::scale::{BASE, CREASE_DOUBT, Scale, Variations, of_creases};
+use super::{BLOCK, BlurredArea};
 use crate::Samples;
 use crate::cells::mixed_codes;
 use crate::fractions::marching_areas;
@@ -36,8 +36,8 @@ struct Block {
     from: [i64; 3],
     /// Area of marching cubes in it.
     area: f64,
-    /// Rims of the faces that close the volume at its border, or creases there of as much.
-    rims: f64,
+    /// What blur takes off its creases at the border of the volume, over σ.
+    creases: f64,
 }
 
 impl Drawn<'_> {
@@ -65,15 +65,15 @@ impl Drawn<'_> {
             let [x, y, z] = sample.map(|at| (at + REACH) / BLOCK);
             (z * counts[1] + y) * counts[0] + x
         };
-        let rims = if is_mirrored {
-            creases_of_blocks(samples, areas.len(), block_of)
-        } else {
-            rims_of_blocks(samples, areas.len(), block_of)
-        };
+        let creases = creases_of_blocks(samples, areas.len(), block_of);
         let blocks = (0..DRAWN).map(|stratum| {
             let [from, to] = [stratum, stratum + 1].map(|at| at * with_surface.len() / DRAWN);
             let at = with_surface[from + (scattered(stratum as u64) % (to - from) as u64) as usize];
-            Block { from: place(at), area: areas[at], rims: rims[at] }
+            Block {
+                from: place(at),
+                area: areas[at],
+                creases: if is_mirrored { creases[at] } else { 0.0 },
+            }
         });
         let blocks = blocks.collect();
         let total = areas.iter().sum();
@@ -104,8 +104,8 @@ impl Drawn<'_> {
         let left = 1.0 - count / self.with_surface as f64;
         let scatter = (count * left * squares / (count - 1.0)).sqrt();
         let used = Variations::sum(&blocks);
-        let rims: f64 = self.blocks.iter().map(|block| block.rims).sum();
-        let doubt = doubt_of(self.field.mirrors) * of_rims(used.scale, has_edges) * rims;
+        let creases: f64 = self.blocks.iter().map(|block| block.creases).sum();
+        let doubt = CREASE_DOUBT * of_creases(used.scale, has_edges) * creases;
         let u = self.total / known * scatter.hypot(used.uncertainty(has_edges)).hypot(doubt);
         BlurredArea { area: ratio * self.total, u, order, has_edges, is_fine: total.is_fine() }
     }
@@ -118,8 +118,9 @@ impl Drawn<'_> {
             let from = from.map(|at| at + 1);
             kernels.each_ref().map(|kernel| block(self.field, kernel, from))
         };
-        let of_block =
-            |block: &Block| Variations { scale, sums: sums(block.from) }.with_rims(block.rims);
+        let of_block = |block: &Block| {
+            Variations { scale, sums: sums(block.from) }.with_creases(block.creases)
+        };
         self.blocks.par_iter().map(of_block).collect()
     }
 }
@@ -166,25 +167,29 @@ mod tests {
             sx * cy + sy * cz + sz * cx > 0.9
         })
         .unwrap();
-        let drawn = Drawn::new(&samples, Mirrors::default()).unwrap();
+        let mirrors = samples.touched_faces();
+        let drawn = Drawn::new(&samples, mirrors).unwrap();
         let found = drawn.area();
         let u = found.u;
         assert!(u < 0.004 * found.area, "{found:?}");
-        // A period of 1 has an area of 2.5567 by marching cubes of scikit-image 0.26.0 on 200³ values of the function, and a share of 0.2048
-        // inside, with which the surface is closed at the six sides.
-        let truth = (8 * side * side) as f64 * 2.5567 + 6.0 * 0.2048 * (side * side) as f64;
+        // A period of 1 has an area of 2.5567 by marching cubes of scikit-image 0.26.0 on 200³ values of the function. One slice of 560 lies
+        // beyond the outermost samples, half on each side.
+        let truth = 8.0 * 2.5567 * (side as f64 - 1.0).powi(3) / side as f64;
         eprintln!("{found:?} {truth} {}", found.area / truth - 1.0);
         assert!((found.area - truth).abs() < 2.0 * u, "{found:?} {truth}");
         // The same with all blocks, of one σ only, which is what takes the time.
         let one: f64 = drawn.with(BASE).iter().map(|of| of.sums[0]).sum();
         let known: f64 = drawn.blocks.iter().map(|block| block.area).sum();
         let by_drawn = one / known * drawn.total;
-        let blurred = super::super::total_variation(&samples, BASE.sigmas()[0]);
+        let field = Field { samples: &samples, level: 0, mirrors };
+        let blurred = super::super::variation(field, BASE.sigmas()[0]);
         let whole = Variations { scale: BASE, sums: [blurred, 0.0, 0.0] };
-        let all = whole.with_rims(super::super::rims::rims(&samples)).sums[0];
+        let all = whole.with_creases(super::super::rims::creases(&samples)).sums[0];
         assert!((by_drawn - all).abs() < 3.0 * u, "{by_drawn} {all} {u}");
         let mesh = crate::marching_cubes(&samples, crate::Ambiguity::Paired, &crate::Middles);
-        assert!((drawn.total / mesh.area() - 1.0).abs() < 1e-9);
+        let gaps = Gaps { missing: None, at_border: true };
+        let open = mesh.without_gaps(samples.size(), gaps);
+        assert!((drawn.total / open.area() - 1.0).abs() < 1e-9);
     }
 
     #[test]

@@ -16,17 +16,6 @@ pub(super) fn rims(samples: &Samples) -> f64 {
     length
 }
 
-/// The rims by the blocks that `block_of` says they lie in, in spacings.
-pub(super) fn rims_of_blocks(
-    samples: &Samples,
-    blocks: usize,
-    block_of: impl Fn([usize; 3]) -> usize,
-) -> Vec<f64> {
-    let mut lengths = vec![0.0; blocks];
-    visit_rims(samples, |sample| lengths[block_of(sample)] += RIM);
-    lengths
-}
-
 /// Calls `visit` with the lower sample of each mixed edge within the six slices at the border.
 fn visit_rims(samples: &Samples, mut visit: impl FnMut([usize; 3])) {
     let size = samples.size();
@@ -66,7 +55,7 @@ const FLATTEST: f64 = 1.75;
 
 const CREASE_LOSS: f64 = 0.45;
 
-/// What blur takes off the creases of the mirrored volume: as much as off such a length of rims, in spacings.
+/// What blur takes off the creases of the mirrored volume, over σ, in spacings.
 ///
 /// A wall that leans by the tangent t from upright loses 0.45·t² times σ a unit of length on its side of the crease, within a fifth up to 60°:
 /// by the blurred wedge of each angle, on a fine grid.
@@ -87,7 +76,7 @@ pub(super) fn creases_of_blocks(
     lengths
 }
 
-/// Calls `visit` with the lowest sample of each square of the six faces, and its creases as a length of rims.
+/// Calls `visit` with the lowest sample of each square of the six faces, and what blur takes off its creases over σ.
 fn visit_creases(samples: &Samples, mut visit: impl FnMut([usize; 3], f64)) {
     let size = samples.size();
     let inside = |place: [usize; 3]| samples.padded_bit(place[0] + 1, place[1] + 1, place[2] + 1);

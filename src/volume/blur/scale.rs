@@ -147,11 +147,11 @@ impl Variations {
         may_grow.then_some(self.scale.next())
     }
 
-    /// Adds what each σ takes off the rims of the faces that close the volume at its border.
-    pub(super) fn with_rims(mut self, length: f64) -> Variations {
+    /// Adds what each σ takes off the creases at the border of the volume.
+    pub(super) fn with_creases(mut self, creases: f64) -> Variations {
         let grid = f64::from(self.scale.level).exp2();
         for (sum, sigma) in self.sums.iter_mut().zip(self.scale.sigmas()) {
-            *sum += RIM_LOSS * sigma * grid * length;
+            *sum += sigma * grid * creases;
         }
         self
     }
@@ -191,10 +191,10 @@ impl Variations {
     }
 }
 
-/// How far the area moves by a unit of rims of a scale.
-pub(super) fn of_rims(scale: Scale, has_edges: bool) -> f64 {
+/// How far the area moves by a unit of creases of a scale.
+pub(super) fn of_creases(scale: Scale, has_edges: bool) -> f64 {
     let none = Variations { scale, sums: [0.0; 3] };
-    none.with_rims(1.0).area(has_edges)
+    none.with_creases(1.0).area(has_edges)
 }
 
 /// What the variations count in the polynomial through them at σ = 0: of second degree in σ for edges, in σ² for smooth bodies
@@ -209,14 +209,8 @@ fn weights(has_edges: bool) -> [f64; 3] {
     })
 }
 
-/// What blur takes off an edge, as a share of σ a unit of length: 0.88 of a right angle, 1.3 in the mean over faces that meet the border in
-/// all directions. By the blurred wedge of each angle, on a fine grid.
-const RIM_LOSS: f64 = 1.0;
-
-/// Share of that which is uncertain, for the angles are not known.
-pub(super) const RIM_DOUBT: f64 = 0.25;
-
-/// The same of creases, whose angles are known roughly. Where they are sharp, their sides are near to each other for long.
+/// Share of what is given back of creases that is uncertain, for their angles are known roughly. Where they are sharp, their sides are near to
+/// each other for long.
 pub(super) const CREASE_DOUBT: f64 = 0.4;
 
 /// Share by which steps of the grid raise the total variation, by σ in spacings: the mean over all directions of the surface.

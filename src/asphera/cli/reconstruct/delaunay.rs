@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use asphera_geometry::PointMm;
 use asphera_reconstruct::{
     CellCocone, Cocone, POINTS_IN_CELL, Proof, Reconstruction, SamplingCondition, Wrap,
-    alpha_shape, cocone, convection, loc_cocone, natural, natural_toward, robust_cocone, sculpture,
-    super_cocone, tangential, wrap,
+    alpha_shape, cocone, convection, loc_cocone, natural, robust_cocone, sculpture, super_cocone,
+    tangential, wrap,
 };
 use serde::Serialize;
 
@@ -61,7 +61,6 @@ pub(super) fn surface(
     method: DelaunayMethod,
     points_mm: &[PointMm],
     alpha_mm: Option<f64>,
-    toward: Option<[f64; 3]>,
 ) -> Result<(Reconstruction, DelaunayFigures), Failure> {
     let figures = |counts: &[(&'static str, usize)]| DelaunayFigures {
         method,
@@ -92,10 +91,7 @@ pub(super) fn surface(
         DelaunayMethod::Sculpture => (sculpture(points_mm)?, figures(&[])),
         DelaunayMethod::Wrap => of_wrap(wrap(points_mm, alpha_mm)?, figures(&[])),
         DelaunayMethod::Natural => {
-            let found = match toward {
-                Some(way) => natural_toward(points_mm, way)?,
-                None => natural(points_mm)?,
-            };
+            let found = natural(points_mm)?;
             let counts = [
                 ("points_with_both_poles_on_one_side", found.one_sided),
                 ("tetrahedra_where_planes_disagree", found.mixed),
