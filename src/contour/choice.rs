@@ -1,6 +1,6 @@
 //! Choice of a method by the points: border or area, outliers, noise.
 
-use crate::curves::{connect2d, hnn_crust, lee, lee_reach_mm, stretch_denoise};
+use crate::curves::{connect2d, hnn_crust, lee, lee_reach_mm, stretch_denoise, voronoi_labelling};
 use crate::graphs::spanning;
 use crate::triangulation::{circumcentre_mm, distance_mm};
 use crate::{Chain, CurveSampling, Graph, Method, PlaceMm, SampleId, Samples, Triangulation};
@@ -70,7 +70,9 @@ impl Choice {
     /// times the longest of the [`hnn_crust`] of the rest, nor than four times the longer one beside it. That is noisy if more than 0.4 of its turns change their
     /// direction, or more than a quarter of it is loose. Then [`lee`] is chosen, with two exceptions where one closed curve joins all. Noise is small where
     /// its median turn is at most 0.2. Where nothing is loose and its spacing varies by a factor of 2.5, [`stretch_denoise`] is chosen. Of small noise, and of samples without noise of which something is loose, [`connect2d`] is the
-    /// choice where it closes: corners. Otherwise [`hnn_crust`] is. All figures are ours, from points made for each case.
+    /// choice where it closes: corners. Otherwise [`hnn_crust`] is. Where outliers are left out of that, [`voronoi_labelling`] of all samples
+    /// takes its place if it is closed curves alone through nine in ten of the rest, with no edge longer than 1.5 times its longest: it passes
+    /// outliers near the curve by, too. All figures are ours, from points made for each case.
     pub fn new(triangulation: &Triangulation) -> Choice {
         let inner_share = inner_share(triangulation);
         let is_area = inner_share >= AREA;
@@ -98,6 +100,13 @@ impl Choice {
             }
         }
         let found = Choice::of_border(rest.triangulation(), &curve, most_mm);
+        if found.method == Method::HnnCrust
+            && !outliers.is_empty()
+            && let Some(outliers) = passed_by(triangulation, rest.kept.len(), JOINS * most_mm)
+        {
+            let method = Method::VoronoiLabelling;
+            return Choice { inner_share, outliers, method, ..found };
+        }
         Choice { inner_share, outliers, ..found }
     }
 
@@ -145,6 +154,10 @@ impl Choice {
             _ => None,
         };
         let Some(moved) = moved else {
+            if self.method == Method::VoronoiLabelling {
+                let graph = voronoi_labelling(triangulation);
+                return Some(FoundCurve { graph, ..FoundCurve::default() });
+            }
             let graph = match self.method {
                 Method::Connect2d => connect2d(rest.triangulation()),
                 _ => hnn_crust(rest.triangulation()),
@@ -346,6 +359,19 @@ fn spread(triangulation: &Triangulation, curve: &Graph) -> f64 {
     lengths_mm.sort_by(f64::total_cmp);
     let at = |tenths: usize| lengths_mm.get(tenths * lengths_mm.len() / 10);
     at(9).zip(at(1)).map_or(1.0, |(high, low)| high / low)
+}
+
+/// The samples that the closed curves of [`voronoi_labelling`] pass by; `None` where it has an end or a crossing, a longer edge, or fewer than nine in
+/// ten of so many samples.
+fn passed_by(triangulation: &Triangulation, samples: usize, most_mm: f64) -> Option<Vec<SampleId>> {
+    let curve = voronoi_labelling(triangulation);
+    let degrees = curve.degrees(triangulation.len());
+    let is_closed = degrees.iter().all(|degree| matches!(degree, 0 | 2));
+    let joined = degrees.iter().filter(|degree| **degree == 2).count();
+    if !is_closed || 10 * joined < 9 * samples || longest_mm(triangulation, &curve) > most_mm {
+        return None;
+    }
+    Some((0..).zip(degrees).filter(|it| it.1 == 0).map(|it| it.0).collect())
 }
 
 /// The samples without some of them.
