@@ -45,7 +45,7 @@ pub struct BlurredArea {
 /// steps of the grid would stand out, so σ grows as the root of the radius of curvature, on a grid as much coarser.
 ///
 /// Where material touches the border of the volume, flat faces close it half a spacing beyond: each of their samples is a square, and walls
-/// of half a spacing join them to the area of [`area_to_border`].
+/// of half a spacing join them to the area up to the outermost samples.
 ///
 /// Blurring is slow. Of more than 4,000 blocks of 32³ samples with surface in them, 250 drawn by strata are blurred. The area
 /// of the others follows from that of their marching cubes, as a ratio, whose scatter between the blocks `u` counts too.

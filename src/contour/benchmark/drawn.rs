@@ -96,7 +96,7 @@ impl Drawing {
                 (0..rings.len()).filter(is_hole).map(|of| rings[of].clone()).collect();
             Outline::new(&rings[at], &holes)
         };
-        let outer = (0..rings.len()).filter(|&at| depths[at].len() % 2 == 0);
+        let outer = (0..rings.len()).filter(|&at| depths[at].len().is_multiple_of(2));
         Ok(outer.map(outline).collect::<Result<_, _>>()?)
     }
 }
