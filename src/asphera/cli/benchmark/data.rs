@@ -78,7 +78,7 @@ mod tests {
     }
 
     fn json(kind: &str, data: &str, more: &[&str]) -> Result<serde_json::Value, String> {
-        let words = ["asphera", "benchmark", kind, "--data", data].iter().chain(more);
+        let words = [&["asphera", "benchmark", kind, "--data", data], more].concat();
         let Command::Benchmark(args) = Cli::try_parse_from(words).unwrap().command else {
             panic!("another command")
         };
