@@ -71,8 +71,8 @@ impl Choice {
     /// direction, or more than a quarter of it is loose. Then [`lee`] is chosen, with two exceptions where one closed curve joins all. Noise is small where
     /// its median turn is at most 0.2. Where nothing is loose and its spacing varies by a factor of 2.5, [`stretch_denoise`] is chosen. Of small noise, and of samples without noise of which something is loose, [`connect2d`] is the
     /// choice where it closes: corners. Otherwise [`hnn_crust`] is. Where outliers are left out of that, [`voronoi_labelling`] of all samples
-    /// takes its place if it is closed curves alone through nine in ten of the rest, with no edge longer than 1.5 times its longest: it passes
-    /// outliers near the curve by, too. All figures are ours, from points made for each case.
+    /// takes its place if it is closed curves alone through nine in ten of the rest, with no edge longer than 1.5 times its longest, and passes
+    /// other samples by: those near the curve, too. All figures are ours, from points made for each case.
     pub fn new(triangulation: &Triangulation) -> Choice {
         let inner_share = inner_share(triangulation);
         let is_area = inner_share >= AREA;
@@ -102,10 +102,11 @@ impl Choice {
         let found = Choice::of_border(rest.triangulation(), &curve, most_mm);
         if found.method == Method::HnnCrust
             && !outliers.is_empty()
-            && let Some(outliers) = passed_by(triangulation, rest.kept.len(), JOINS * most_mm)
+            && let Some(passed) = passed_by(triangulation, rest.kept.len(), JOINS * most_mm)
+            && passed != outliers
         {
             let method = Method::VoronoiLabelling;
-            return Choice { inner_share, outliers, method, ..found };
+            return Choice { inner_share, outliers: passed, method, ..found };
         }
         Choice { inner_share, outliers, ..found }
     }
