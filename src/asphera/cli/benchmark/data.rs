@@ -83,8 +83,8 @@ mod tests {
             panic!("another command")
         };
         let value = match kind {
-            "curves" => curves::compared(&args).map(|report| serde_json::to_value(report)),
-            _ => regions::compared(&args).map(|report| serde_json::to_value(report)),
+            "curves" => curves::compared(&args).map(serde_json::to_value),
+            _ => regions::compared(&args).map(serde_json::to_value),
         };
         value.map(Result::unwrap).map_err(|failure| failure.to_string())
     }
