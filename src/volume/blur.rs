@@ -64,15 +64,12 @@ pub fn blurred_area(samples: &Samples) -> BlurredArea {
 /// The volume goes on as its mirror image. Walls that do not meet the border at right angles have creases there: what blur takes off
 /// these is given back, by how far the walls lean.
 pub(crate) fn area_to_border(samples: &Samples) -> BlurredArea {
-    area_with(samples, samples.touched_faces())
-}
-
-fn area_with(samples: &Samples, mirrors: Mirrors) -> BlurredArea {
+    let mirrors = samples.touched_faces();
     if let Some(drawn) = Drawn::new(samples, mirrors) {
         return drawn.area();
     }
     let is_mirrored = mirrors != Mirrors::default();
-    let creases = if is_mirrored { creases(samples) } else { 0.0 };
+    let creases = creases(samples);
     let measured = |scale: Scale| {
         let field = Field { samples, level: scale.level, mirrors };
         let sums = scale.sigmas().map(|sigma| variation(field, sigma));

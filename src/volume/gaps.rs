@@ -80,8 +80,7 @@ fn is_near(missing: &Samples, [x, y, z]: [i64; 3]) -> bool {
 pub fn open_area(samples: &Samples, gaps: Gaps<'_>) -> BlurredArea {
     let filled = gaps.missing.map(|missing| filled(samples, missing));
     let scanned = filled.as_ref().unwrap_or(samples);
-    let ends = gaps.at_border && scanned.touches_border();
-    let found = if ends { area_to_border(scanned) } else { blurred_area(scanned) };
+    let found = if gaps.at_border { area_to_border(scanned) } else { blurred_area(scanned) };
     let Some(missing) = gaps.missing else { return found };
     let at_border = Gaps { missing: None, ..gaps };
     let whole = marching_area(Scan::new(scanned, at_border));

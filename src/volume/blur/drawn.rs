@@ -69,11 +69,7 @@ impl Drawn<'_> {
         let blocks = (0..DRAWN).map(|stratum| {
             let [from, to] = [stratum, stratum + 1].map(|at| at * with_surface.len() / DRAWN);
             let at = with_surface[from + (scattered(stratum as u64) % (to - from) as u64) as usize];
-            Block {
-                from: place(at),
-                area: areas[at],
-                creases: if is_mirrored { creases[at] } else { 0.0 },
-            }
+            Block { from: place(at), area: areas[at], creases: creases[at] }
         });
         let blocks = blocks.collect();
         let total = areas.iter().sum();
