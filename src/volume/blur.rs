@@ -19,7 +19,7 @@ use crate::Samples;
 use convolution::{Field, Kernel, Mirrors, block};
 use drawn::Drawn;
 use rims::{creases, rims};
-use scale::{BASE, CREASE_DOUBT, Scale, Variations, of_creases};
+use scale::{BASE, CREASE_DOUBT, STEPS, Scale, Variations, of_creases};
 
 /// The area, and how it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,9 +79,13 @@ pub(crate) fn area_to_border(samples: &Samples) -> BlurredArea {
     let mut best = base;
     if let Some(finer) = base.finer() {
         best = measured(finer);
-    } else if creases == 0.0 {
-        // Creases are known to a few percent, and blur takes the more off them the coarser it is.
+    } else {
         while let Some(coarser) = best.coarser(base.loss()) {
+            // Creases are known to a few percent, and blur takes the more off them the coarser it is.
+            let of_creases = CREASE_DOUBT * of_creases(coarser, false) * creases;
+            if of_creases > STEPS / 2.0 * base.area(false) {
+                break;
+            }
             let next = measured(coarser);
             if !next.is_trusted() {
                 break;

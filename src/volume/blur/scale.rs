@@ -43,6 +43,13 @@ const TRUSTED_EDGE_ORDER: f64 = 1.25;
 /// Order above which the same holds: the loss by a wall begins late and grows fast.
 const TRUSTED_ORDER: f64 = 2.6;
 
+/// Loss of a coarser grid up to which faces count as flat there.
+const FLAT_LOSS: f64 = LITTLE / 4.0;
+
+/// Share by which steps of the grid may raise the area of flat faces, by the σ of [`BASE`]. A face at a small angle θ has the excess
+/// θ²·exp(−4π²σ²θ²), at most 1/(4π²eσ²); twice as much is left of it at no blur. It falls as σ⁻².
+pub(super) const STEPS: f64 = 8e-3;
+
 /// Between 1, the order of edges, and 2, that of smooth bodies.
 const EDGE_ORDER: f64 = 1.5;
 
@@ -109,7 +116,8 @@ impl Variations {
         let (first, second) = (fine - middle, middle - coarse);
         let order = (first > 0.0 && second > 0.0).then(|| 2.0 * (second / first).log2());
         let most = if self.scale.is_finer() { FINER_EDGE_ORDER } else { EDGE_ORDER };
-        (order, !self.is_fine() && order.is_some_and(|order| order < most))
+        let tells = !self.is_fine() && !self.is_flat();
+        (order, tells && order.is_some_and(|order| order < most))
     }
 
     /// The share of the total variation that the last σ loses against the first.
@@ -123,9 +131,15 @@ impl Variations {
         self.scale.is_finer() && self.loss() > FINE
     }
 
+    /// Whether a coarser grid than that of the samples takes nothing off: its order says nothing.
+    fn is_flat(&self) -> bool {
+        self.scale.level > 0 && self.loss() <= FLAT_LOSS
+    }
+
     /// Whether the loss is that of curvature or edges, not of walls.
     pub(super) fn is_trusted(&self) -> bool {
-        self.loss() <= TRUSTED_LOSS && self.order().0.is_some_and(|order| order < TRUSTED_ORDER)
+        let is_of_curvature = self.order().0.is_some_and(|order| order < TRUSTED_ORDER);
+        self.is_flat() || self.loss() <= TRUSTED_LOSS && is_of_curvature
     }
 
     /// The same of edges, which lose more.
@@ -143,7 +157,7 @@ impl Variations {
     pub(super) fn coarser(&self, loss_of_base: f64) -> Option<Scale> {
         let level = self.scale.level;
         let most = LITTLE * (-4.0 * f64::from(level)).exp2();
-        let may_grow = level < LAST_LEVEL && loss_of_base > 0.0 && loss_of_base <= most;
+        let may_grow = level < LAST_LEVEL && (self.is_flat() || loss_of_base <= most);
         may_grow.then_some(self.scale.next())
     }
 
@@ -182,7 +196,18 @@ impl Variations {
         } else {
             (area - (2.0 * fine - middle)).abs()
         };
-        of_place.hypot(of_model)
+        of_place.hypot(of_model).hypot(self.of_steps())
+    }
+
+    /// Standard uncertainty by steps of the grid: faces that are flat at this scale have one direction, not the mean of all.
+    fn of_steps(&self) -> f64 {
+        let level = self.scale.level;
+        let has_one_direction = self.is_flat() || level == 0 && self.loss() <= LITTLE;
+        if has_one_direction {
+            STEPS / 2.0 * (-2.0 * f64::from(level)).exp2() * self.area(false)
+        } else {
+            0.0
+        }
     }
 
     /// The area at no blur.

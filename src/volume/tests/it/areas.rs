@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use asphera_volume::{Samples, blurred_area};
+use asphera_volume::{Gaps, Samples, blurred_area, open_area};
 
 use crate::noise::Random;
 
@@ -137,8 +137,12 @@ fn large_smooth_bodies_have_no_edges() {
     }
 }
 
-/// Bodies of few spacings: the errors of all poses are within what is stated, 2 u in 95 % and 3 u always, the largest of 40 poses below 11 %;
-/// no ball or ellipsoid is taken for one with edges.
+/// Bodies of few spacings: the errors are what is stated, their RMS over u, 2 u in 95 %, 3 u in a dozen poses; no ball or ellipsoid is taken for
+/// one with edges.
+///
+/// How many samples fall on a body is chance: 81 on a ball of 2.5 about a sample, as many as on a ball of 2.68, whose area is 15 % larger. So the
+/// largest error is that against the same body with as much volume as was counted. Spacings differ by up to an eighth: the count of a ball whose
+/// radius is a whole number of them scatters up to 1.2 times as much as that of others.
 #[test]
 fn uncertainties_of_small_bodies_hold_their_errors() {
     let poses = if std::env::var_os("ASPHERA_LONG").is_some() { 200 } else { 12 };
@@ -157,30 +161,66 @@ fn uncertainties_of_small_bodies_hold_their_errors() {
         cube(20.0),
     ] {
         let mut random = Random::new(33);
-        let (mut beyond, mut worst, mut squares) = (0, 0.0_f64, 0.0);
+        let (mut beyond, mut over_u, mut squares) = (0, 0.0, 0.0);
+        let (mut worst, mut worst_of_counted) = (0.0_f64, 0.0_f64);
         for pose in 0..poses {
-            let found = blurred_area(&body.digitized(1.0, &mut random));
-            let error = (found.area - body.area).abs();
-            assert!(error < 3.0 * found.u, "{} {:.1}: {found:?}", body.name, body.area);
+            let spacing = random.between(0.875, 1.0);
+            let samples = body.digitized(spacing, &mut random);
+            let found = blurred_area(&samples);
+            let area = body.area / (spacing * spacing);
+            let volume = body.volume / spacing.powi(3);
+            let counted = area * (samples.foreground() as f64 / volume).powf(2.0 / 3.0);
+            worst_of_counted = worst_of_counted.max((found.area / counted - 1.0).abs());
+            let error = (found.area - area).abs();
+            over_u += (error / found.u).powi(2);
             assert!(!found.has_edges || body.name == "cube", "{} {found:?}", body.name);
             beyond += usize::from(error > 2.0 * found.u);
-            squares += (error / body.area).powi(2);
-            if pose < 40 {
-                worst = worst.max(error / body.area);
+            squares += (error / area).powi(2);
+            // Of as many poses as are tried without `ASPHERA_LONG`.
+            if pose < 12 {
+                assert!(error < 3.0 * found.u, "{} {:.1}: {found:?}", body.name, body.area);
+                worst = worst.max(error / area);
             }
         }
-        let rms = (squares / poses as f64).sqrt();
+        let [rms, over_u] = [squares, over_u].map(|sum| (sum / poses as f64).sqrt());
         eprintln!(
-            "{} of {:.0}: {:.2} %, RMS {:.2} %, {beyond} beyond",
+            "{} of {:.0}: {:.2} %, of the counted {:.2} %, RMS {:.2} %, over u {:.2}, {beyond} beyond 2 u",
             body.name,
             body.area,
             100.0 * worst,
-            100.0 * rms
+            100.0 * worst_of_counted,
+            100.0 * rms,
+            over_u
         );
-        // The largest of more poses is larger, their RMS is not.
         assert!(rms < 0.035 || body.name == "cube", "{}: {rms}", body.name);
+        let most = 1.0 + 1.5 / (poses as f64).sqrt();
+        assert!(over_u < most || body.name == "cube", "{} {:.1}: {over_u}", body.name, body.area);
         assert!(20 * beyond <= poses + 8, "{} {:.1}: {beyond}", body.name, body.area);
         assert!(worst < 0.11 || body.name == "cube", "{}: {worst}", body.name);
+    }
+}
+
+/// Flat faces at small angles to the grid, across the whole volume: steps of the grid add to their area what blur does not take off.
+#[test]
+fn uncertainties_of_flat_faces_hold_steps_of_the_grid() {
+    let mut random = Random::new(36);
+    let side = 64;
+    for degrees in 0..=20 {
+        let slope = f64::from(degrees).to_radians().tan();
+        let (sine, cosine) = random.between(0.0, 2.0 * PI).sin_cos();
+        let middle = (side as f64 - 1.0) / 2.0;
+        let height = middle + random.between(-0.5, 0.5);
+        let samples = Samples::from_fn([side; 3], |x, y, z| {
+            let [x, y] = [x, y].map(|at| at as f64 - middle);
+            z as f64 <= height + slope * (cosine * x + sine * y)
+        })
+        .unwrap();
+        let gaps = Gaps { missing: None, at_border: true };
+        let open = open_area(&samples, gaps);
+        let truth = (side as f64 - 1.0).powi(2) * slope.hypot(1.0);
+        let error = open.area - truth;
+        eprintln!("{degrees}°: {:.3} %, u {:.3} %", 100.0 * error / truth, 100.0 * open.u / truth);
+        assert!(error.abs() < 3.0 * open.u, "{degrees}: {open:?} {truth}");
     }
 }
 
