@@ -8,7 +8,8 @@
 //! A [`Family`] is what the configuration of a station knows of a driver: its name, its settings, and what they
 //! ask of the link.
 //!
-//! Drivers share what all of them need: their [`Events`], and for devices that are asked [`Asking`] and [`Schedule`].
+//! Drivers share what all of them need: their [`Events`], and for devices that are asked [`Asking`] and [`Schedule`]. Links that stamp what
+//! they carry share [`LeastDelay`].
 //!
 //! This crate deliberately holds no input or output and no async code.
 
@@ -18,6 +19,7 @@ mod asking;
 mod bytes;
 mod can;
 mod channel;
+mod delay;
 mod driver;
 mod events;
 mod family;
@@ -33,6 +35,7 @@ pub use asking::{Asking, AskingStep, Pace, Unanswered};
 pub use bytes::{BytesError, bytes_of, shown, text_of};
 pub use can::{CanFrame, CanId, FD_LENGTHS, FD_RECORD_LEN, FdFlags, FrameError, RECORD_LEN};
 pub use channel::{Channel, Unit};
+pub use delay::{LeastDelay, Stamped};
 pub use driver::{Command, Driver, Event, Fault, FaultKind, Input, Output};
 pub use events::Events;
 pub use family::{BusNumber, Capture, Carries, DeviceClock, DeviceSettings, Family, Proposal};

@@ -50,7 +50,7 @@ pub use command::Command;
 pub use decode::{Decoder, MAX_LINE, Timestamps};
 pub use encode::{TIMESTAMP_MODULUS_MS, encode, encode_timestamped};
 pub use item::{AdapterStatus, Item};
-pub use stamps::{StampClock, Stamped};
+pub use stamps::StampClock;
 
 /// End of every line, and alone the adapter's "done".
 pub const CR: u8 = b'\r';

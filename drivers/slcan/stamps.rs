@@ -1,26 +1,17 @@
 //! The clock of an adapter that stamps its frames, against that of the host.
 
-use asphera_link::Nanos;
+use asphera_link::{LeastDelay, Nanos, Stamped};
 
 use crate::TIMESTAMP_MODULUS_MS;
 
 /// The time of each frame on the host's clock, by the stamps of an adapter (`Z1`).
 ///
 /// A stamp counts ms from 0 to 59999, then starts again (EasySYNC ES_000005, section 4.1.5). Of the times it may mean, the one nearest to
-/// the host's clock counts, so a silence of any length is unwound, but for delays above half a minute.
-///
-/// Bytes come late, never early. So the least delay in sight is that of the line itself, and all others are later by what they waited:
-///
-/// ```text
-/// offset = min (host − stamp)      at(frame) = stamp + offset, at most the time of its read
-/// ```
-///
-/// The offset may grow by 200 millionths of the time that passes, for an adapter's quartz that goes slow. A delay that changes by more than a
-/// second at once is a jump of the adapter's clock, as after its restart: the frame has the time of its read, and the offset begins anew.
-/// O(1) a frame.
+/// the host's clock counts, so a silence of any length is unwound, but for delays above half a minute. [`LeastDelay`] lays it on the host's.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StampClock {
     last: Option<Last>,
+    delay: LeastDelay,
 }
 
 /// The frame before.
@@ -30,43 +21,17 @@ struct Last {
     /// Its stamp without wraps, ms.
     unwound_ms: i64,
     read: Nanos,
-    /// Host time less stamp, ns.
-    offset_ns: i64,
-}
-
-/// Time of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stamped {
-    /// Time on the host's clock, at most that of the read.
-    pub at: Nanos,
-    /// Whether the adapter's clock jumped since the frame before.
-    pub has_jumped: bool,
 }
 
 impl StampClock {
     /// The time of a frame with this stamp, below [`TIMESTAMP_MODULUS_MS`], that was read now. Reads do not go back in time.
     pub fn take(&mut self, stamp_ms: u16, read: Nanos) -> Stamped {
-        let Some(last) = self.last else {
-            self.begin(stamp_ms, read);
-            return Stamped { at: read, has_jumped: false };
-        };
-        let passed_ns = signed(read) - signed(last.read);
-        let unwound_ms = last.unwound_ms + nearest(stamp_ms, last.stamp_ms, passed_ns / NS_PER_MS);
-        let found_ns = signed(read) - unwound_ms * NS_PER_MS;
-        if (found_ns - last.offset_ns).abs() > JUMP_NS {
-            self.begin(stamp_ms, read);
-            return Stamped { at: read, has_jumped: true };
-        }
-        let offset_ns = found_ns.min(last.offset_ns + passed_ns / SLOW_PARTS);
-        self.last = Some(Last { stamp_ms, unwound_ms, read, offset_ns });
-        let at_ns = u64::try_from(unwound_ms * NS_PER_MS + offset_ns).unwrap_or(0);
-        Stamped { at: Nanos::from_nanos(at_ns).min(read), has_jumped: false }
-    }
-
-    fn begin(&mut self, stamp_ms: u16, read: Nanos) {
-        let unwound_ms = i64::from(stamp_ms);
-        let offset_ns = signed(read) - unwound_ms * NS_PER_MS;
-        self.last = Some(Last { stamp_ms, unwound_ms, read, offset_ns });
+        let unwound_ms = self.last.map_or(i64::from(stamp_ms), |last| {
+            let passed_ns = read.as_nanos().cast_signed() - last.read.as_nanos().cast_signed();
+            last.unwound_ms + nearest(stamp_ms, last.stamp_ms, passed_ns / NS_PER_MS)
+        });
+        self.last = Some(Last { stamp_ms, unwound_ms, read });
+        self.delay.take(unwound_ms * NS_PER_MS, read)
     }
 }
 
@@ -77,14 +42,7 @@ fn nearest(stamp_ms: u16, before_ms: u16, passed_ms: i64) -> i64 {
     step + (passed_ms - step + turn / 2).div_euclid(turn) * turn
 }
 
-fn signed(at: Nanos) -> i64 {
-    at.as_nanos().cast_signed()
-}
-
 const NS_PER_MS: i64 = 1_000_000;
-/// 1/5000: 200 millionths.
-const SLOW_PARTS: i64 = 5000;
-const JUMP_NS: i64 = 1_000_000_000;
 
 #[cfg(test)]
 mod tests {

@@ -43,6 +43,8 @@ pub enum Endpoint {
     SocketCan {
         /// Name of the network interface: `can0`.
         interface: String,
+        /// Whether frames have the times of its controller's clock. One that stamps no frames is refused.
+        timestamps: bool,
     },
     /// A log of CAN frames as candump writes it. Received chunks are its lines, each at the time it has in the log. What
     /// is sent goes nowhere. At its end the link closes, and stays closed.
@@ -130,7 +132,7 @@ impl fmt::Display for Endpoint {
             | Endpoint::TcpPair { address, .. } => f.write_str(address),
             Endpoint::Udp { peer: Some(peer), .. } => f.write_str(peer),
             Endpoint::Udp { listen, peer: None } => f.write_str(listen),
-            Endpoint::SocketCan { interface } => f.write_str(interface),
+            Endpoint::SocketCan { interface, .. } => f.write_str(interface),
             Endpoint::CanLog { path, .. } => path.display().fmt(f),
             Endpoint::File(file) => file.fmt(f),
         }

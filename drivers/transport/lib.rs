@@ -16,6 +16,7 @@
 mod backoff;
 mod canlog;
 mod certificates;
+mod controller;
 mod datagrams;
 mod endpoint;
 mod files;

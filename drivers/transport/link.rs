@@ -11,6 +11,7 @@ use tokio::time::{Instant, sleep, sleep_until, timeout};
 use tracing::{debug, trace};
 
 use crate::canlog::CanLog;
+use crate::controller::{ControllerClock, Taken};
 use crate::datagrams::Datagrams;
 use crate::files::Bookmark;
 use crate::socketcan::{CanPort, Received};
@@ -318,20 +319,34 @@ impl Worker {
 
     async fn serve_can(&mut self, port: CanPort) -> End {
         let opened = Instant::now();
+        let mut controller = port.is_stamped().then(|| ControllerClock::new(opened));
         loop {
             tokio::select! {
                 received = port.receive() => {
-                    let (what, age) = match received {
-                        Ok((Received::Record(record), age)) => (What::Received(record), age),
-                        Ok((Received::BusError(error), age)) => (What::BusError(error.to_string()), age),
+                    let (received, came) = match received {
+                        Ok(received) => received,
                         Err(error) => return End::Closed(format!("reading failed: {error}")),
                     };
                     // No frame is from before its connection.
                     let now = Instant::now();
-                    let at = now.checked_sub(age).unwrap_or(now).max(opened);
-                    let event = LinkEvent { link: self.settings.index, at, what };
-                    if self.events.send(event).await.is_err() {
-                        return End::Shutdown;
+                    let by_kernel = now.checked_sub(came.age).unwrap_or(now).max(opened);
+                    let taken = match (&received, &mut controller) {
+                        (Received::Record(_), Some(clock)) => clock.at(came.controller_ns, by_kernel),
+                        _ => Ok(Taken { at: by_kernel, has_jumped: false }),
+                    };
+                    let Ok(Taken { at, has_jumped }) = taken else {
+                        return End::Closed(port.without_stamps());
+                    };
+                    let jumped = has_jumped.then(|| What::BusError(JUMPED.to_owned()));
+                    let what = match received {
+                        Received::Record(record) => What::Received(record),
+                        Received::BusError(error) => What::BusError(error.to_string()),
+                    };
+                    for what in jumped.into_iter().chain([what]) {
+                        let event = LinkEvent { link: self.settings.index, at, what };
+                        if self.events.send(event).await.is_err() {
+                            return End::Shutdown;
+                        }
                     }
                 }
                 command = self.commands.recv() => match self.act(command) {
@@ -432,6 +447,7 @@ const READ_BYTES: usize = 16 * 1024;
 /// No datagram of IPv4 or IPv6 is larger, but for jumbograms.
 const LARGEST_DATAGRAM: usize = 65_535;
 const WRITE_TIMEOUT: Duration = Duration::from_secs(2);
+const JUMPED: &str = "the clock of the CAN controller jumped: check its power and cable";
 
 /// An error and its cause in one line.
 fn with_cause(error: &OpenError) -> String {

@@ -7,7 +7,8 @@ use std::time::Duration;
 use asphera_cantext::{ERROR_FLAG, ErrorFrame};
 use asphera_link::{CanFrame, FD_RECORD_LEN, RECORD_LEN};
 use nix::sys::socket::{
-    ControlMessageOwned, MsgFlags, recvmsg, setsockopt, sockopt::ReceiveTimestampns,
+    ControlMessageOwned, MsgFlags, TimestampingFlag, Timestamps, recvmsg, setsockopt,
+    sockopt::Timestamping,
 };
 use nix::sys::time::TimeSpec;
 use nix::time::{ClockId, clock_gettime};
@@ -22,7 +23,17 @@ use crate::OpenError;
 /// An open CAN socket, for classic frames and those of CAN FD.
 pub(crate) struct CanPort {
     interface: String,
+    is_stamped: bool,
     socket: AsyncFd<CanFdSocket>,
+}
+
+/// What is known of when a frame came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Came {
+    /// How long ago the kernel took it.
+    pub(crate) age: Duration,
+    /// Time by the clock of the controller, ns since a zero of its own, where it stamps.
+    pub(crate) controller_ns: Option<i64>,
 }
 
 /// What a CAN socket gives.
@@ -35,7 +46,7 @@ pub(crate) enum Received {
 }
 
 impl CanPort {
-    pub(crate) fn open(interface: &str) -> Result<CanPort, OpenError> {
+    pub(crate) fn open(interface: &str, is_stamped: bool) -> Result<CanPort, OpenError> {
         let failed = |source| OpenError::SocketCan { interface: interface.to_owned(), source };
         let socket = CanFdSocket::open(interface).map_err(failed)?;
         // An interface that is down can be bound all the same; that it is down stands in the socket's error.
@@ -47,24 +58,37 @@ impl CanPort {
         // CAN has no flow control: what does not fit here is lost.
         socket.as_raw_socket().set_recv_buffer_size(RECEIVE_BYTES).map_err(failed)?;
         socket.set_nonblocking(true).map_err(failed)?;
-        // When the kernel took a frame is known, however late this task reads it.
-        setsockopt(socket.as_raw_socket(), ReceiveTimestampns, &true)
+        // When the kernel, and a controller that can, took a frame is known, however late this task reads it.
+        setsockopt(socket.as_raw_socket(), Timestamping, &STAMPS)
             .map_err(|error| failed(error.into()))?;
         #[expect(
             deprecated,
             reason = "its successor `register` is unsafe for descriptors that are closed or replaced behind it; nobody but `CanPort` has this one"
         )]
         let socket = AsyncFd::new(socket).map_err(failed)?;
-        Ok(CanPort { interface: interface.to_owned(), socket })
+        Ok(CanPort { interface: interface.to_owned(), is_stamped, socket })
     }
 
-    /// The next frame, and how long ago the kernel took it.
-    pub(crate) async fn receive(&self) -> io::Result<(Received, Duration)> {
+    /// Whether the times of frames are to be those of the controller.
+    pub(crate) fn is_stamped(&self) -> bool {
+        self.is_stamped
+    }
+
+    /// Why an interface whose controller gives no times is closed, and the cure.
+    pub(crate) fn without_stamps(&self) -> String {
+        let name = &self.interface;
+        format!(
+            "the controller of {name} stamps no frames (`ethtool -T {name}` shows what it can): set timestamps = false for the times of the kernel"
+        )
+    }
+
+    /// The next frame, and when it came.
+    pub(crate) async fn receive(&self) -> io::Result<(Received, Came)> {
         // An interface that goes down is an error to the poll, and not readable.
         let interest = Interest::READABLE | Interest::ERROR;
         let mut bytes = [0; FD_RECORD_LEN];
-        let (count, age) = self.socket.async_io(interest, |from| read(from, &mut bytes)).await?;
-        Ok((received(&bytes[..count])?, age))
+        let (count, came) = self.socket.async_io(interest, |from| read(from, &mut bytes)).await?;
+        Ok((received(&bytes[..count])?, came))
     }
 
     /// Sends a frame; waits, without end, while the transmit queue is full.
@@ -100,18 +124,28 @@ fn is_invalid(error: &io::Error) -> bool {
     error.raw_os_error() == Some(Errno::INVAL.raw_os_error())
 }
 
-/// Reads one frame of the kernel: how many bytes, and its age.
-fn read(socket: &CanFdSocket, bytes: &mut [u8]) -> io::Result<(usize, Duration)> {
-    let mut control = nix::cmsg_space!(TimeSpec);
+/// Reads one frame of the kernel: how many bytes, and when it came.
+fn read(socket: &CanFdSocket, bytes: &mut [u8]) -> io::Result<(usize, Came)> {
+    let mut control = nix::cmsg_space!(Timestamps);
     let mut parts = [IoSliceMut::new(bytes)];
     let fd = socket.as_raw_socket().as_raw_fd();
     let message = recvmsg::<()>(fd, &mut parts, Some(&mut control), MsgFlags::empty())?;
-    let stamp = message.cmsgs()?.find_map(|control| match control {
-        ControlMessageOwned::ScmTimestampns(stamp) => Some(Duration::from(stamp)),
+    let stamps = message.cmsgs()?.find_map(|control| match control {
+        ControlMessageOwned::ScmTimestampsns(stamps) => Some(stamps),
         _ => None,
     });
-    let now = clock_gettime(ClockId::CLOCK_REALTIME).map(Duration::from)?;
-    Ok((message.bytes, stamp.map_or(Duration::ZERO, |stamp| age(stamp, now))))
+    let now = clock_gettime(ClockId::CLOCK_REALTIME)?;
+    Ok((message.bytes, came(stamps, now)))
+}
+
+/// When a frame came, by its stamps (`struct scm_timestamping`: the second is no longer used, those that are not there are 0).
+fn came(stamps: Option<Timestamps>, now: TimeSpec) -> Came {
+    let of = |stamp: Option<TimeSpec>| stamp.map(Duration::from).filter(|stamp| !stamp.is_zero());
+    let age = of(stamps.map(|stamps| stamps.system))
+        .map_or(Duration::ZERO, |stamp| age(stamp, Duration::from(now)));
+    let controller = of(stamps.map(|stamps| stamps.hw_raw));
+    let controller_ns = controller.and_then(|stamp| i64::try_from(stamp.as_nanos()).ok());
+    Came { age, controller_ns }
 }
 
 /// Time from a stamp of the wall clock until now. It counts from the read where the wall clock was set in between: then
@@ -147,6 +181,12 @@ fn native(frame: &CanFrame) -> Vec<u8> {
     record[..4].copy_from_slice(&word.to_ne_bytes());
     record
 }
+
+/// Stamps of the kernel and of the controller, both of them as they are (Linux, Documentation/networking/timestamping.rst, 1.3).
+const STAMPS: TimestampingFlag = TimestampingFlag::SOF_TIMESTAMPING_RX_SOFTWARE
+    .union(TimestampingFlag::SOF_TIMESTAMPING_SOFTWARE)
+    .union(TimestampingFlag::SOF_TIMESTAMPING_RX_HARDWARE)
+    .union(TimestampingFlag::SOF_TIMESTAMPING_RAW_HARDWARE);
 
 /// Frames wait longer only in a station that is stopped; then its receive buffer has overflowed.
 const OLDEST: Duration = Duration::from_secs(1);
@@ -203,6 +243,19 @@ mod tests {
         let Received::BusError(error) = received(&bytes).unwrap() else { panic!("a frame") };
         assert_eq!(error.state(), Some(BusState::Off));
         assert!(received(&bytes[..15]).is_err());
+    }
+
+    /// `struct scm_timestamping` of `<linux/errqueue.h>` with and without the stamp of a controller.
+    #[test]
+    fn stamps_that_are_not_there_are_zero() {
+        let none = TimeSpec::new(0, 0);
+        let [system, now] = [TimeSpec::new(1_436_509_052, 7), TimeSpec::new(1_436_509_052, 1_007)];
+        let stamps = |hw_raw| Some(Timestamps { system, hw_trans: none, hw_raw });
+        let age = Duration::from_micros(1);
+        assert_eq!(came(stamps(none), now), Came { age, controller_ns: None });
+        let controller_ns = Some(86_400_000_000_005);
+        assert_eq!(came(stamps(TimeSpec::new(86_400, 5)), now), Came { age, controller_ns });
+        assert_eq!(came(None, now), Came { age: Duration::ZERO, controller_ns: None });
     }
 
     #[test]

@@ -152,7 +152,9 @@ pub(crate) async fn open(endpoint: &Endpoint, bookmark: &mut Bookmark) -> Result
         Endpoint::Udp { listen, peer } => {
             Ok(Port::Datagrams(Datagrams::open(listen, peer.as_deref()).await?))
         }
-        Endpoint::SocketCan { interface } => Ok(Port::Can(CanPort::open(interface)?)),
+        Endpoint::SocketCan { interface, timestamps } => {
+            Ok(Port::Can(CanPort::open(interface, *timestamps)?))
+        }
         Endpoint::CanLog { path, speed } => Ok(Port::CanLog(CanLog::open(path, *speed).await?)),
         Endpoint::File(settings) => {
             let port = FilePort::open(settings, bookmark).await?;

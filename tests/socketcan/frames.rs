@@ -23,10 +23,19 @@ pub(crate) struct Probe {
 impl Probe {
     /// A link to a CAN interface with room for `room` events.
     pub(crate) fn start(interface: &str, room: usize) -> Result<Probe, String> {
+        Probe::with_times(interface, room, false)
+    }
+
+    /// The same, which asks for the times of the controller or not.
+    pub(crate) fn with_times(
+        interface: &str,
+        room: usize,
+        timestamps: bool,
+    ) -> Result<Probe, String> {
         let (events, receiver) = mpsc::channel(room);
         let backoff = Backoff::try_new(Duration::from_millis(20), Duration::from_millis(200), 1)
             .map_err(|error| error.to_string())?;
-        let endpoint = Endpoint::SocketCan { interface: interface.to_owned() };
+        let endpoint = Endpoint::SocketCan { interface: interface.to_owned(), timestamps };
         let link = Link::spawn(LinkSettings { index: 0, endpoint, backoff }, events);
         Ok(Probe { link, events: receiver })
     }

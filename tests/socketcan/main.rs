@@ -32,6 +32,7 @@ async fn main() -> ExitCode {
     flexible::round_trips(&interface, &mut report).await;
     flexible::refused(&interface, &mut report).await;
     times::late_reader(&interface, &mut report).await;
+    times::no_controller(&interface, &mut report).await;
     frames::bus_errors(&interface, &mut report).await;
     frames::full_queue(&interface, &mut report).await;
     frames::stalled_queue(&interface, &mut report).await;

@@ -47,3 +47,27 @@ pub(crate) async fn late_reader(interface: &Interface, report: &mut Report) {
     };
     report.check("times of the kernel", result.await);
 }
+
+/// An interface whose controller stamps nothing, as a virtual one, is closed with the cure where its times were asked for; without that its
+/// frames come.
+pub(crate) async fn no_controller(interface: &Interface, report: &mut Report) {
+    let result = async {
+        let mut probe = Probe::with_times(interface.name(), 1, true)?;
+        probe.opened().await?;
+        let mut peer = CanSocket::open(interface.name()).map_err(|error| error.to_string())?;
+        for place in 0..10 {
+            peer.write_all(&numbered(place)).await.map_err(|error| error.to_string())?;
+        }
+        let mut frames = 0;
+        loop {
+            match probe.next().await? {
+                What::Received(_) => frames += 1,
+                What::Closed(why) if why.contains("set timestamps = false") && frames < 10 => {
+                    return Ok(format!("{frames} frames, then {why:?}"));
+                }
+                other => return Err(format!("{frames} frames, then {other:?}")),
+            }
+        }
+    };
+    report.check("times of a controller that has none", result.await);
+}

@@ -147,7 +147,8 @@ async fn parity_on_a_pseudo_terminal_is_named_as_such() {
 
 #[tokio::test]
 async fn missing_can_interface_is_named() {
-    let (_link, mut events) = start(Endpoint::SocketCan { interface: "nocan9".to_owned() });
+    let (_link, mut events) =
+        start(Endpoint::SocketCan { interface: "nocan9".to_owned(), timestamps: false });
     let What::OpenFailed(words) = next(&mut events).await else { panic!("expected a failure") };
     assert!(words.contains("nocan9"), "{words}");
 }

@@ -60,6 +60,7 @@ fn clocks(config: &Config, index: usize) -> String {
     let link = &config.links[index];
     let receipts = match (link.framing.clock(), &link.endpoint) {
         (Some("kernel"), _) => "kernel, as it takes each frame",
+        (Some("controller"), _) => "controller, which stamps each frame",
         (Some(_), _) => "adapter, which stamps each frame; host, if it refuses",
         (None, Endpoint::CanLog { .. }) => "host, as the log is played",
         (None, _) => "host, as bytes are read",

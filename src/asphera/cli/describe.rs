@@ -190,7 +190,7 @@ fn tables(args: &DescribeArgs, endpoint: Option<&Endpoint>, proposed: &Proposed)
                 let peer = peer.as_ref().map(|peer| format!("peer = {peer:?}\n"));
                 format!("listen = {listen:?}\n{}", peer.unwrap_or_default())
             }
-            Endpoint::SocketCan { interface } => format!("interface = {interface:?}\n"),
+            Endpoint::SocketCan { interface, .. } => format!("interface = {interface:?}\n"),
             Endpoint::CanLog { path, speed } => format!("file = {path:?}\nspeed = {speed}\n"),
             Endpoint::File(file) => format!("path = {:?}\n", file.path),
         };

@@ -81,7 +81,7 @@ pub(super) fn read(
         Kind::TcpPair => tcp_pair(table),
         Kind::Udp => udp(table),
         Kind::SocketCan => named(table, "interface", "a CAN interface, as can0")
-            .map(|interface| Endpoint::SocketCan { interface }),
+            .map(|interface| Endpoint::SocketCan { interface, timestamps: timestamps(table) }),
         Kind::Candump => log(table, folder),
         Kind::File => file(table, folder),
     };
@@ -91,7 +91,7 @@ pub(super) fn read(
         Kind::Udp => Some(Framing::Datagrams),
         Kind::SlcanSerial | Kind::SlcanTcp => {
             let listen_only = table.or("listen_only", false);
-            let timestamps = table.or("timestamps", false);
+            let timestamps = timestamps(table);
             let (bit_rate, data_bit_rate) = (bit_rate(table), data_bit_rate(table));
             bit_rate.zip(data_bit_rate).map(|(bit_rate, data_bit_rate)| Framing::Slcan {
                 bit_rate,
@@ -100,7 +100,7 @@ pub(super) fn read(
                 timestamps,
             })
         }
-        Kind::SocketCan => Some(Framing::CanRecords),
+        Kind::SocketCan => Some(Framing::CanRecords { timestamps: timestamps(table) }),
         Kind::Socketcand => bus(table).map(|bus| Framing::Socketcand { bus }),
         Kind::Candump => Some(Framing::Candump { interface: interface(table) }),
         Kind::File => Some(Framing::File),
@@ -252,6 +252,11 @@ fn file(table: &Section<'_>, folder: &Path) -> Option<Endpoint> {
     }
     let path = if path == "-" { path.into() } else { folder.join(path) };
     Some(Endpoint::File(FileSettings { path, follow, from_end }))
+}
+
+/// Whether frames have the times of the clock of an adapter or controller.
+fn timestamps(table: &Section<'_>) -> bool {
+    table.or("timestamps", false)
 }
 
 /// Interface whose frames are taken of a log; without the key those of all.

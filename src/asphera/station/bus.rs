@@ -49,7 +49,7 @@ impl Bus {
         let mut first = Vec::new();
         let bus = match framing {
             Framing::Raw | Framing::Datagrams | Framing::TwoStreams | Framing::File => Bus::Absent,
-            Framing::CanRecords => Bus::Records { reads_fd },
+            Framing::CanRecords { .. } => Bus::Records { reads_fd },
             Framing::Candump { interface } => {
                 Bus::Log(Reader::new(interface.clone()).with_fd(reads_fd))
             }

@@ -26,7 +26,10 @@ pub enum Framing {
         timestamps: bool,
     },
     /// CAN frames of the kernel, in records of 16 bytes, of CAN FD of 72.
-    CanRecords,
+    CanRecords {
+        /// Whether they have the times of the controller's clock, not of the kernel.
+        timestamps: bool,
+    },
     /// CAN frames as lines of a log of candump. Nothing can be sent.
     Candump {
         /// Interface whose frames are taken; `None`: those of all.
@@ -58,17 +61,18 @@ impl Framing {
     pub(crate) fn carries_fd(&self) -> bool {
         matches!(
             self,
-            Framing::CanRecords
+            Framing::CanRecords { .. }
                 | Framing::Candump { .. }
                 | Framing::Slcan { data_bit_rate: Some(_), .. }
         )
     }
 
-    /// Clock by which receipts are timed, where it is not that of the station as it reads them: `kernel`, or `adapter` for one that is
-    /// asked to stamp its frames. It may refuse.
+    /// Clock by which receipts are timed, where it is not that of the station as it reads them: `kernel`, `controller`, or `adapter` for one
+    /// that is asked to stamp its frames. It may refuse.
     pub(crate) fn clock(&self) -> Option<&'static str> {
         match self {
-            Framing::CanRecords => Some("kernel"),
+            Framing::CanRecords { timestamps: false } => Some("kernel"),
+            Framing::CanRecords { timestamps: true } => Some("controller"),
             Framing::Slcan { timestamps: true, .. } => Some("adapter"),
             _ => None,
         }
@@ -89,7 +93,7 @@ impl Framing {
             Framing::Datagrams => Carries::Datagrams,
             Framing::TwoStreams => Carries::TwoStreams,
             Framing::Slcan { .. }
-            | Framing::CanRecords
+            | Framing::CanRecords { .. }
             | Framing::Candump { .. }
             | Framing::Socketcand { .. } => Carries::CanFrames,
         }

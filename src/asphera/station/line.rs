@@ -126,7 +126,7 @@ impl Line {
             Framing::Candump { .. } => false,
             Framing::Raw
             | Framing::Slcan { .. }
-            | Framing::CanRecords
+            | Framing::CanRecords { .. }
             | Framing::Socketcand { .. } => bytes >= BACKLOG_BYTES,
         }
     }
@@ -293,7 +293,7 @@ impl Line {
                 None => self.figures.discarded_bytes += bytes.len() as u64,
             },
             Framing::Slcan { .. }
-            | Framing::CanRecords
+            | Framing::CanRecords { .. }
             | Framing::Candump { .. }
             | Framing::Socketcand { .. } => self.received_of_bus(now, bytes, out),
         }

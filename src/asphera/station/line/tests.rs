@@ -268,7 +268,8 @@ fn fd_frames_go_to_those_that_read_them() {
             Framing::Slcan { bit_rate, data_bit_rate, listen_only: false, timestamps: false },
             format!("b1859{}\rt185105\r", "07".repeat(12)).into_bytes(),
         ),
-        (Framing::CanRecords, records),
+        (Framing::CanRecords { timestamps: true }, records.clone()),
+        (Framing::CanRecords { timestamps: false }, records),
         (
             Framing::Candump { interface: None },
             format!("(1.0) can0 185##1{}\n(1.1) can0 185#05\n", "07".repeat(12)).into_bytes(),
@@ -284,8 +285,13 @@ fn fd_frames_go_to_those_that_read_them() {
         assert_eq!(received(&mut both, 1, &bytes), readings, "{framing:?}");
         let figures = both.figures(&[]);
         assert_eq!(figures.discarded_bytes, 0);
-        let is_kernel = framing == Framing::CanRecords;
-        assert_eq!(figures.clock.as_deref(), is_kernel.then_some("kernel"));
+        let clock = match framing {
+            Framing::CanRecords { timestamps } => {
+                Some(if timestamps { "controller" } else { "kernel" })
+            }
+            _ => None,
+        };
+        assert_eq!(figures.clock.as_deref(), clock);
         let mut classic = line_with(framing, false);
         opened(&mut classic, 0, 1);
         assert_eq!(received(&mut classic, 1, &bytes), ["reading Some(5.0)"]);
