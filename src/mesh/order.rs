@@ -58,6 +58,26 @@ pub(crate) fn by_place(places: impl ExactSizeIterator<Item = Place> + Clone) -> 
     order
 }
 
+/// Indices of places, in order of arrival, along the lines they trace by turns, one line after the other. `None` where
+/// that way is longer than the one by place.
+pub(crate) fn along_lines(
+    indices: &[usize],
+    lines: usize,
+    place: impl Fn(usize) -> Place,
+) -> Option<Vec<usize>> {
+    let mut order = indices.to_vec();
+    order.sort_by_key(|index| index % lines);
+    let step = |pair: &[usize]| {
+        let [p, q] = [place(pair[0]), place(pair[1])];
+        (q[0] - p[0]).hypot(q[1] - p[1])
+    };
+    let way: f64 = order.windows(2).map(step).sum();
+    let [width, height] = BoundsMm::about(order.iter().map(|&index| place(index))).size_mm();
+    // By place it goes along every row of squares, and up once.
+    let rows = (order.len() as f64).sqrt();
+    (way <= rows * width + height).then_some(order)
+}
+
 /// Brings the indices of places of a crowded square into such an order.
 fn refine(places: &[Place], indices: &mut [usize]) {
     // Squares within squares, on a stack of its own: far from all others there may be many, one in another.
@@ -267,6 +287,32 @@ mod tests {
         assert!(all.into_iter().eq(0..1000));
         let lengths: Vec<usize> = rounds.iter().map(Vec::len).collect();
         assert_eq!(lengths, [16, 47, 187, 750]);
+    }
+
+    #[test]
+    fn lines_by_turns_are_followed_one_after_the_other() {
+        let line = |index: usize| [(index / 2) as f64, 40.0 * (index % 2) as f64];
+        let indices: Vec<usize> = (0..100).filter(|index| *index != 7).collect();
+        let order = along_lines(&indices, 2, line).expect("the lines are the shorter way");
+        let lines = [0, 1].map(|line| indices.iter().copied().filter(move |i| i % 2 == line));
+        assert_eq!(order, lines.into_iter().flatten().collect::<Vec<_>>());
+        // Of no points neither way is the shorter.
+        assert_eq!(along_lines(&[], 1, line), None);
+    }
+
+    /// Lines of a comb are longer than the way along rows of squares over all of it.
+    #[test]
+    fn lines_that_are_the_longer_way_are_not_followed() {
+        let comb = |teeth: usize| {
+            let per_tooth = 1000 / teeth;
+            move |index: usize| {
+                [index / per_tooth * per_tooth, index % per_tooth * teeth].map(|on| on as f64)
+            }
+        };
+        let indices: Vec<usize> = (0..1000).collect();
+        let is_followed = |teeth| along_lines(&indices, 1, comb(teeth)).is_some();
+        assert!(is_followed(10));
+        assert!(!is_followed(200));
     }
 
     #[test]

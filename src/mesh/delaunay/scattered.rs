@@ -4,7 +4,8 @@
 //! curve that alone would tear down with each point what the one before it built. So the batch is taken in rounds, each
 //! of several times as many points as the one before and spread over all of it (N. Amenta, S. Choi, G. Rote,
 //! Incremental constructions con BRIO, Proc. 19th Symp. Comput. Geom. (2003) 211-219, doi:10.1145/777792.777824; here
-//! by every fourth point, without drawing any).
+//! by every fourth point, without drawing any). Near one another are those that follow along a line, where there are lines:
+//! by place the two sides of a closed one come by turns.
 //!
 //! Where the batch traces a curve about an empty region, the end of the curve belongs to most triangles that span the
 //! region. Each round would tear those down once more. So the ends go in before all rounds, the last point first.
@@ -17,26 +18,32 @@ use super::editor::Editor;
 use super::halves::{Halves, Inserted};
 use super::places::Places;
 use super::sheet::Inserter;
-use crate::order::{by_place, ends_and_others, in_rounds, middles_and_others};
+use crate::order::{along_lines, by_place, ends_and_others, in_rounds, middles_and_others};
 
 impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
     /// Inserts points of the batch, given in order of arrival: the ends of what they trace, and the others in rounds, in
     /// each those near one another together; by two threads where there are two and it pays.
-    pub(super) fn insert_scattered(&mut self, indices: &[usize]) {
+    ///
+    /// Points that trace so many `lines` by turns go in along these, unless the way by place is shorter.
+    pub(super) fn insert_scattered(&mut self, indices: &[usize], lines: Option<usize>) {
         self.adapt_hints();
         let (ends, others) = ends_and_others(indices, |index| self.place(index));
         insert_all(self, &ends);
-        let order = by_place(others.iter().map(|&index| self.place(index)));
-        let order: Vec<usize> = order.into_iter().map(|at| others[at]).collect();
+        let along = lines.and_then(|lines| along_lines(&others, lines, |index| self.place(index)));
+        let are_far = along.is_none();
+        let order = along.unwrap_or_else(|| {
+            let order = by_place(others.iter().map(|&index| self.place(index)));
+            order.into_iter().map(|at| others[at]).collect()
+        });
         let mut takes_much = false;
         for round in in_rounds(&order) {
             let before = self.editor.work.effort;
             if takes_much {
                 let [middles, others] = middles_and_others(&round);
-                self.insert_round(&middles);
-                self.insert_round(&others);
+                self.insert_round(&middles, are_far);
+                self.insert_round(&others, are_far);
             } else {
-                self.insert_round(&round);
+                self.insert_round(&round, are_far);
             }
             takes_much = self.editor.work.effort - before > MUCH_EFFORT * round.len();
         }
@@ -55,7 +62,10 @@ impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
     }
 
     /// Where two threads have a triangulation each among the same cells, both are at work already.
-    fn insert_round(&mut self, order: &[usize]) {
+    ///
+    /// Along a line the next point meets what the one before it met. So nothing is searched for ahead there, unless points
+    /// `are_far` from one another.
+    fn insert_round(&mut self, order: &[usize], are_far: bool) {
         match (self.editor.points.in_memory(), self.editor.cells.in_memory()) {
             (Some(points), Some(cells))
                 if order.len() >= self.for_two
@@ -72,7 +82,13 @@ impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
                 self.duplicates.extend(duplicates);
                 insert_all(self, &left);
             }
-            _ => insert_all(self, order),
+            _ if are_far => insert_all(self, order),
+            _ => {
+                for &index in order {
+                    let near = self.near(self.place(index));
+                    Insert::insert(self, index, near);
+                }
+            }
         }
     }
 }

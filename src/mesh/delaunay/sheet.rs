@@ -164,9 +164,10 @@ impl Sheet {
         let place = |index: usize| points.place(batch.start + index as VertexId);
         runs((0..batch.len()).map(place), &mut self.runs);
         self.slots.resize(batch.len(), plane.recent);
-        let are_scattered = self.setback.is_on()
-            || self.runs.len() > batch.len() / SCATTERED
-                && !runs_by_turns(batch.len(), place, &mut self.runs);
+        let is_spared = self.setback.is_on();
+        let follow_lines = self.runs.len() <= batch.len() / SCATTERED
+            || runs_by_turns(batch.len(), place, &mut self.runs);
+        let lines = if follow_lines { by_turns(&self.runs) } else { None };
         if let Some(hints) = plane.hints.get_mut() {
             hints.expect(batch.len(), extent);
         }
@@ -181,8 +182,8 @@ impl Sheet {
             shares_cells: self.shares_cells,
             for_two: self.for_two.scattered,
         };
-        if are_scattered {
-            inserter.insert_scattered(&(0..batch.len()).collect::<Vec<_>>());
+        if is_spared || lines.is_none() {
+            inserter.insert_scattered(&(0..batch.len()).collect::<Vec<_>>(), lines);
         } else {
             let worth_it = inserter.insert_runs(&self.runs);
             self.setback.note(worth_it);
@@ -229,7 +230,7 @@ impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
         if !left.is_empty() {
             // Some of them are in order of bisection.
             left.sort_unstable();
-            self.insert_scattered(&left);
+            self.insert_scattered(&left, by_turns(runs));
         }
         left.is_empty()
     }
@@ -343,6 +344,11 @@ impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
     pub(super) fn place(&self, index: usize) -> Place {
         self.editor.at(self.first + index as VertexId)
     }
+}
+
+/// Number of lines that arrive by turns, of which runs are; `None` if there is no run.
+fn by_turns(runs: &[Run]) -> Option<usize> {
+    runs.first().map(|run| run.points.stride)
 }
 
 /// More triangles torn down and sides flipped a point than this are too many. Lines inside a raster take 6 to 8, points in no
