@@ -30,6 +30,9 @@ const LINE_PITCHES: f64 = 1.5;
 /// Points a ring has.
 const RING_POINTS: usize = 1000;
 
+/// Points a ring has, of rings from the outside: a batch of 1,000 is not quite one.
+const INWARD_RING_POINTS: usize = 1071;
+
 /// Radius in mm of the sphere whose cap about the origin is measured: below it by far stays every
 /// scan that fits into memory.
 const SPHERE_RADIUS_MM: f64 = 10_000.0;
@@ -74,6 +77,14 @@ pub(crate) enum Order {
     FromInside,
     /// Points in no order.
     FromInsideShuffled,
+    /// Rings of 1,071 points about the centre, one pitch apart, from the outside.
+    RingsIn,
+    /// Points in no order.
+    RingsInShuffled,
+    /// A rosette of 8.454 petals and 4.9 turns, through the middle with each petal.
+    Rosette,
+    /// Points in no order.
+    RosetteShuffled,
 }
 
 impl Order {
@@ -92,6 +103,8 @@ impl Order {
                 | Order::StarShuffled
                 | Order::SpiralInShuffled
                 | Order::FromInsideShuffled
+                | Order::RingsInShuffled
+                | Order::RosetteShuffled
         )
     }
 
@@ -179,6 +192,10 @@ impl Scan {
             Order::SpiralInShuffled => few_turns(self.shuffled(index) as f64 / self.count as f64),
             Order::FromInside => self.of_disc(index),
             Order::FromInsideShuffled => self.of_disc(self.shuffled(index)),
+            Order::RingsIn => self.of_rings_inwards(index),
+            Order::RingsInShuffled => self.of_rings_inwards(self.shuffled(index)),
+            Order::Rosette => rosette(index as f64 / self.count as f64),
+            Order::RosetteShuffled => rosette(self.shuffled(index) as f64 / self.count as f64),
         };
         [x, y, sag_mm(x, y)]
     }
@@ -186,6 +203,12 @@ impl Scan {
     fn of_two_outlines(self, index: usize) -> [f64; 2] {
         let [x, y] = polar(1.0, TAU * index as f64 / self.count as f64);
         [x + 100.0 * (index % 2) as f64, y]
+    }
+
+    fn of_rings_inwards(self, index: usize) -> [f64; 2] {
+        let left = self.count - 1 - index;
+        let (ring, step) = (left / INWARD_RING_POINTS + 1, left % INWARD_RING_POINTS);
+        polar(ring as f64 * PITCH_MM, TAU * step as f64 / INWARD_RING_POINTS as f64)
     }
 
     /// A place of a disc of as much area as a square of the pitch for each point, by the number of those inside it.
@@ -251,6 +274,12 @@ fn star(share: f64) -> [f64; 2] {
 fn few_turns(share: f64) -> [f64; 2] {
     let left = (1.0 - share).sqrt();
     polar(10.0 * left, 9.0 * TAU * left)
+}
+
+/// A place of a rosette, by the share of the way.
+fn rosette(share: f64) -> [f64; 2] {
+    let angle = 4.9 * TAU * share;
+    polar(10.0 * (8.454 * angle).sin(), angle)
 }
 
 /// Height of the sphere above its vertex at the origin.
