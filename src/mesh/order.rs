@@ -59,10 +59,11 @@ pub(crate) fn by_place(places: impl ExactSizeIterator<Item = Place> + Clone) -> 
 }
 
 /// Indices of places, in order of arrival, along the lines they trace by turns, one line after the other. `None` where
-/// that way is longer than the one by place.
+/// that way is longer than the one by place, or its steps are longer than the `longest` on average.
 pub(crate) fn along_lines(
     indices: &[usize],
     lines: usize,
+    longest: f64,
     place: impl Fn(usize) -> Place,
 ) -> Option<Vec<usize>> {
     let mut order = indices.to_vec();
@@ -75,7 +76,7 @@ pub(crate) fn along_lines(
     let [width, height] = BoundsMm::about(order.iter().map(|&index| place(index))).size_mm();
     // By place it goes along every row of squares, and up once.
     let rows = (order.len() as f64).sqrt();
-    (way <= rows * width + height).then_some(order)
+    (way <= (rows * width + height).min(longest * order.len() as f64)).then_some(order)
 }
 
 /// Brings the indices of places of a crowded square into such an order.
@@ -293,11 +294,11 @@ mod tests {
     fn lines_by_turns_are_followed_one_after_the_other() {
         let line = |index: usize| [(index / 2) as f64, 40.0 * (index % 2) as f64];
         let indices: Vec<usize> = (0..100).filter(|index| *index != 7).collect();
-        let order = along_lines(&indices, 2, line).expect("the lines are the shorter way");
+        let order = along_lines(&indices, 2, 2.0, line).expect("the lines are the shorter way");
         let lines = [0, 1].map(|line| indices.iter().copied().filter(move |i| i % 2 == line));
         assert_eq!(order, lines.into_iter().flatten().collect::<Vec<_>>());
-        // Of no points neither way is the shorter.
-        assert_eq!(along_lines(&[], 1, line), None);
+        assert_eq!(along_lines(&indices, 2, 0.5, line), None, "the steps are longer");
+        assert_eq!(along_lines(&[], 1, 2.0, line), Some(Vec::new()));
     }
 
     /// Lines of a comb are longer than the way along rows of squares over all of it.
@@ -310,7 +311,7 @@ mod tests {
             }
         };
         let indices: Vec<usize> = (0..1000).collect();
-        let is_followed = |teeth| along_lines(&indices, 1, comb(teeth)).is_some();
+        let is_followed = |teeth| along_lines(&indices, 1, f64::MAX, comb(teeth)).is_some();
         assert!(is_followed(10));
         assert!(!is_followed(200));
     }

@@ -24,12 +24,16 @@ impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
     /// Inserts points of the batch, given in order of arrival: the ends of what they trace, and the others in rounds, in
     /// each those near one another together; by two threads where there are two and it pays.
     ///
-    /// Points that trace so many `lines` by turns go in along these, unless the way by place is shorter.
+    /// Points that trace so many `lines` by turns go in along these, unless the way by place is shorter
+    /// or their steps are long.
     pub(super) fn insert_scattered(&mut self, indices: &[usize], lines: Option<usize>) {
         self.adapt_hints();
         let (ends, others) = ends_and_others(indices, |index| self.place(index));
         insert_all(self, &ends);
-        let along = lines.and_then(|lines| along_lines(&others, lines, |index| self.place(index)));
+        let [width, height] = self.extent.size_mm();
+        let longest = FAR_STEP * (width * height / self.vertices as f64).sqrt();
+        let place = |index| self.place(index);
+        let along = lines.and_then(|lines| along_lines(&others, lines, longest, place));
         let are_far = along.is_none();
         let order = along.unwrap_or_else(|| {
             let order = by_place(others.iter().map(|&index| self.place(index)));
@@ -122,6 +126,10 @@ impl<P: Places + ?Sized, C: Cells> Insert for Inserter<'_, P, C> {
 
 /// Where a round took more a point, the next one is cut in two. In the middle of others points take 4.
 const MUCH_EFFORT: usize = 5;
+
+/// Along lines of longer steps, in distances between the points of the mesh, the next point meets little that the one
+/// before it met.
+const FAR_STEP: f64 = 2.0;
 
 /// How much wider than its points a table is made once they outgrew one.
 const ROOM: f64 = 1.5;

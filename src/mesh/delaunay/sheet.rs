@@ -205,7 +205,7 @@ pub(super) struct Inserter<'a, P: ?Sized, C> {
     pub(super) slots: &'a mut [Slot],
     pub(super) duplicates: &'a mut Vec<Duplicate>,
     /// The box around all places, those of the batch among them, and about how many there are.
-    extent: BoundsMm,
+    pub(super) extent: BoundsMm,
     pub(super) vertices: usize,
     pub(super) shares_cells: bool,
     /// How many points must be left to be worth a second thread, if they are scattered.
