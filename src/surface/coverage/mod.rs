@@ -38,7 +38,6 @@ mod examine;
 mod facet_median;
 mod frame;
 mod gauge;
-mod nearer;
 mod patches;
 mod percentiles;
 mod plan;

@@ -19,7 +19,6 @@ mod projection;
 mod random;
 mod raster;
 mod reduce;
-mod rim_gap;
 mod sampling;
 mod sections;
 mod shapes;
