@@ -19,7 +19,7 @@ use crate::Samples;
 use convolution::{Field, Kernel, Mirrors, block};
 use drawn::Drawn;
 use rims::{creases, rims};
-use scale::{BASE, CREASE_DOUBT, STEPS, Scale, Variations, of_creases};
+use scale::{BASE, STEPS_DOUBT, Scale, Variations, by_creases};
 
 /// The area, and how it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,8 +82,8 @@ pub(crate) fn area_to_border(samples: &Samples) -> BlurredArea {
     } else {
         while let Some(coarser) = best.coarser(base.loss()) {
             // Creases are known to a few percent, and blur takes the more off them the coarser it is.
-            let of_creases = CREASE_DOUBT * of_creases(coarser, false) * creases;
-            if of_creases > STEPS / 2.0 * base.area(false) {
+            let [_, doubt] = by_creases(coarser, false, creases);
+            if doubt > STEPS_DOUBT * base.area(false) {
                 break;
             }
             let next = measured(coarser);
@@ -104,9 +104,9 @@ pub(crate) fn area_to_border(samples: &Samples) -> BlurredArea {
     // Steps of the grid would disturb the finer σ where edges prevail.
     let used = if has_edges && best.scale.is_finer() { base } else { best };
     // What is left of creases looks like edges.
-    let of_smooth = of_creases(used.scale, false) * creases;
+    let [of_smooth, _] = by_creases(used.scale, false, creases);
     let has_edges = has_edges && (used.area(true) - used.area(false)).abs() >= of_smooth;
-    let doubt = CREASE_DOUBT * of_creases(used.scale, has_edges) * creases;
+    let [_, doubt] = by_creases(used.scale, has_edges, creases);
     BlurredArea {
         area: used.area(has_edges),
         u: used.uncertainty(has_edges).hypot(doubt),

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::convolution::{Field, Kernel, Mirrors, block};
 use super::rims::creases_of_blocks;
-use super::scale::{BASE, CREASE_DOUBT, Scale, Variations, of_creases};
+use super::scale::{BASE, Scale, Variations, by_creases};
 use super::{BLOCK, BlurredArea};
 use crate::Samples;
 use crate::cells::mixed_codes;
@@ -101,7 +101,7 @@ impl Drawn<'_> {
         let scatter = (count * left * squares / (count - 1.0)).sqrt();
         let used = Variations::sum(&blocks);
         let creases: f64 = self.blocks.iter().map(|block| block.creases).sum();
-        let doubt = CREASE_DOUBT * of_creases(used.scale, has_edges) * creases;
+        let [_, doubt] = by_creases(used.scale, has_edges, creases);
         let u = self.total / known * scatter.hypot(used.uncertainty(has_edges)).hypot(doubt);
         BlurredArea { area: ratio * self.total, u, order, has_edges, is_fine: total.is_fine() }
     }

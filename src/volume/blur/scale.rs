@@ -46,9 +46,9 @@ const TRUSTED_ORDER: f64 = 2.6;
 /// Loss of a coarser grid up to which faces count as flat there.
 const FLAT_LOSS: f64 = LITTLE / 4.0;
 
-/// Share by which steps of the grid may raise the area of flat faces, by the σ of [`BASE`]. A face at a small angle θ has the excess
-/// θ²·exp(−4π²σ²θ²), at most 1/(4π²eσ²); twice as much is left of it at no blur. It falls as σ⁻².
-pub(super) const STEPS: f64 = 8e-3;
+/// Standard uncertainty of the area of flat faces by steps of the grid, as a share of it, by the σ of [`BASE`]. A face at a small angle θ has the
+/// excess θ²·exp(−4π²σ²θ²), at most 1/(4π²eσ²). Twice as much is left of it at no blur, and half of that counts. It falls as σ⁻².
+pub(super) const STEPS_DOUBT: f64 = 4e-3;
 
 /// Between 1, the order of edges, and 2, that of smooth bodies.
 const EDGE_ORDER: f64 = 1.5;
@@ -204,7 +204,7 @@ impl Variations {
         let level = self.scale.level;
         let has_one_direction = self.is_flat() || level == 0 && self.loss() <= LITTLE;
         if has_one_direction {
-            STEPS / 2.0 * (-2.0 * f64::from(level)).exp2() * self.area(false)
+            STEPS_DOUBT * (-2.0 * f64::from(level)).exp2() * self.area(false)
         } else {
             0.0
         }
@@ -217,9 +217,15 @@ impl Variations {
 }
 
 /// How far the area moves by a unit of creases of a scale.
-pub(super) fn of_creases(scale: Scale, has_edges: bool) -> f64 {
+fn of_creases(scale: Scale, has_edges: bool) -> f64 {
     let none = Variations { scale, sums: [0.0; 3] };
     none.with_creases(1.0).area(has_edges)
+}
+
+/// How far the area moves by what blur takes off creases, and the standard uncertainty of that.
+pub(super) fn by_creases(scale: Scale, has_edges: bool, creases: f64) -> [f64; 2] {
+    let of_unit = of_creases(scale, has_edges);
+    [of_unit * creases, CREASE_DOUBT * of_unit * creases]
 }
 
 /// What the variations count in the polynomial through them at σ = 0: of second degree in σ for edges, in σ² for smooth bodies
@@ -236,7 +242,7 @@ fn weights(has_edges: bool) -> [f64; 3] {
 
 /// Share of what is given back of creases that is uncertain, for their angles are known roughly. Where they are sharp, their sides are near to
 /// each other for long.
-pub(super) const CREASE_DOUBT: f64 = 0.4;
+const CREASE_DOUBT: f64 = 0.4;
 
 /// Share by which steps of the grid raise the total variation, by σ in spacings: the mean over all directions of the surface.
 ///
