@@ -159,6 +159,17 @@ impl Border {
         self.rows[row].iter().filter(right).count() % 2 == 1
     }
 
+    /// As [`Border::contains`], by a look at one square where that tells.
+    #[inline]
+    pub(super) fn holds(&self, at: Place) -> bool {
+        // What is beyond the bounds is taken for the squares beside them, which are never inside.
+        match self.whereabouts[self.step(at[1], 1) * self.squares + self.step(at[0], 0)] {
+            Whereabouts::Inside => true,
+            Whereabouts::Outside => false,
+            Whereabouts::Near => self.contains(at),
+        }
+    }
+
     /// Where a triangle lies.
     pub(super) fn whereabouts(&self, triangle: [Place; 3]) -> Whereabouts {
         if !self.bounds_meet(triangle) {

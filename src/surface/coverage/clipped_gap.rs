@@ -1,4 +1,5 @@
-//! The farthest place of a triangle from its nearest corner, of those inside an aperture.
+//! The farthest place of a triangle from its nearest corner, of those inside an aperture. Where another sample may be
+//! nearer, `nearer.rs` goes on from there.
 //!
 //! Over what the bisectors of the sides and the border leave of a triangle for one corner the distance to that is
 //! convex, so it is largest at a corner of such a piece: at the circumcentre, where a bisector or the border meets a
@@ -15,8 +16,8 @@ pub(super) fn clipped_gap(triangle: &Triangle, whole: Gap, border: &Border) -> G
     if border.contains(place(whole.at_mm)) {
         return whole;
     }
-    let corners = triangle.corners_mm();
-    let pieces = Pieces { corners, flat: corners.map(place) };
+    let pieces = Pieces::of(triangle);
+    let corners = pieces.corners;
     let mut farthest: Option<Gap> = None;
     let mut note = |at_mm: PointMm| {
         let mm = pieces.nearest_mm(at_mm);
@@ -35,7 +36,7 @@ pub(super) fn clipped_gap(triangle: &Triangle, whole: Gap, border: &Border) -> G
     let mut near = Vec::new();
     border.sides_near(pieces.flat, &mut near);
     for side in near {
-        if let Some(ends) = pieces.clipped(border.side(side)) {
+        if let Some(ends) = pieces.clipped_to(&pieces.flat, border.side(side)) {
             pieces.for_ends_on(ends, &mut note);
         }
     }
@@ -43,13 +44,22 @@ pub(super) fn clipped_gap(triangle: &Triangle, whole: Gap, border: &Border) -> G
 }
 
 /// A triangle, in which each corner has a piece.
-struct Pieces {
+pub(super) struct Pieces {
     corners: [PointMm; 3],
     /// The same in the plane.
     flat: [Place; 3],
 }
 
 impl Pieces {
+    pub(super) fn of(triangle: &Triangle) -> Pieces {
+        let corners = triangle.corners_mm();
+        Pieces { corners, flat: corners.map(place) }
+    }
+
+    pub(super) fn corners(&self) -> [PointMm; 3] {
+        self.corners
+    }
+
     /// Takes both ends of a straight line in the triangle and all places on it where bisectors cross it.
     fn for_ends_on(&self, [from, to]: [PointMm; 2], mut take: impl FnMut(PointMm)) {
         let distances_mm2 = [from, to].map(|end| self.distances_mm2(end));
@@ -66,13 +76,16 @@ impl Pieces {
         }
     }
 
-    /// The part of a line in the plane that lies over the triangle, on the triangle.
-    fn clipped(&self, (p, q): (Place, Place)) -> Option<[PointMm; 2]> {
+    /// The part of a line in the plane that lies in a convex polygon of the triangle, on the triangle.
+    pub(super) fn clipped_to(
+        &self,
+        polygon: &[Place],
+        (p, q): (Place, Place),
+    ) -> Option<[PointMm; 2]> {
         let way = minus(q, p);
         let [mut first, mut last] = [0.0_f64, 1.0_f64];
-        for side in 0..3 {
-            let (a, b) = (self.flat[side], self.flat[(side + 1) % 3]);
-            // Not negative on the left of the side, where the triangle lies.
+        for (&a, &b) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
+            // Not negative on the left of the side, where the polygon lies.
             let start = cross(minus(b, a), minus(p, a));
             let change = cross(minus(b, a), way);
             if change > 0.0 {
@@ -84,7 +97,7 @@ impl Pieces {
             }
         }
         let at = |share: f64| self.lifted([p[0] + share * way[0], p[1] + share * way[1]]);
-        (first < last).then(|| [at(first), at(last)])
+        (first < last && !polygon.is_empty()).then(|| [at(first), at(last)])
     }
 
     /// The place of the triangle over one in the plane.

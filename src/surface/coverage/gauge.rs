@@ -14,6 +14,7 @@ use super::clip::common_area_mm2;
 use super::clipped_gap::clipped_gap;
 use super::density::{Crumpling, Density, Facet};
 use super::facet_median::{Distribution, Window};
+use super::nearer::{Surface, is_blunt, is_doubtful};
 use super::percentiles::{Placed, Places, Values, values_of};
 use super::tally::Tally;
 use super::target::Target;
@@ -44,9 +45,26 @@ pub(super) struct Gauged {
     pub(super) beyond: f64,
     /// Whether it lies inside the aperture as a whole.
     pub(super) is_whole: bool,
+    /// Whether samples that are none of its corners may bring its gap within the target.
+    is_doubtful: bool,
 }
 
 impl Gauged {
+    /// One that lies inside the aperture as a whole and is within the target.
+    fn whole(index: usize, triangle: &Triangle, lfs_mm: Option<f64>) -> Gauged {
+        Gauged {
+            index,
+            standing: Standing::Undersampled,
+            gap: triangle.gap(),
+            lfs_mm,
+            whereabouts: Whereabouts::Inside,
+            area_mm2: triangle.projected_area_mm2().max(0.0),
+            beyond: 0.0,
+            is_whole: true,
+            is_doubtful: false,
+        }
+    }
+
     pub(super) fn epsilon(&self) -> Option<f64> {
         self.lfs_mm.map(|lfs_mm| self.gap.mm / lfs_mm)
     }
@@ -148,17 +166,47 @@ impl Gauger<'_> {
             area_mm2: 0.0,
         };
         let mut area = Sum::default();
-        for part in parts {
-            gauges.covered.join(part.covered);
-            gauges.facets.join(part.facets);
-            gauges.places.join(part.places);
-            gauges.cared.extend(part.cared);
-            gauges.open.extend(part.open);
+        let mut unnoted = Vec::new();
+        for mut part in parts {
             area.join(part.area);
+            unnoted.append(&mut part.unnoted);
+            gauges.join(part);
         }
         gauges.area_mm2 = area.total();
+        self.settle(&mut gauges, unnoted, guess);
         find_bridges(self.points, self.triangles, self.refined, &mut gauges.open);
         gauges
+    }
+
+    /// Settles the gaps that samples beside their triangles may bring down, as far as that matters.
+    fn settle(&self, gauges: &mut Gauges, mut unnoted: Vec<Gauged>, guess: Guess) {
+        let Some((_, border)) = self.aperture else { return };
+        let [gap_mm, epsilon] = gauges.most().map(|most| most * (1.0 + ROUNDING));
+        unnoted.retain(|it| it.gap.mm > gap_mm || it.epsilon().is_some_and(|own| own > epsilon));
+        let open = gauges.open.iter_mut().filter(|gauged| gauged.is_doubtful);
+        let doubtful: Vec<&mut Gauged> = unnoted.iter_mut().chain(open).collect();
+        if doubtful.is_empty() {
+            return;
+        }
+        let chosen: Vec<_> = doubtful.iter().map(|gauged| (gauged.index, gauged.gap)).collect();
+        let surface = Surface { points: self.points, triangles: self.triangles, border };
+        let mut chunk = Chunk::new(self, guess);
+        for (gauged, gap) in doubtful.into_iter().zip(surface.gaps(&chosen)) {
+            gauged.gap = gap;
+            if !gauged.is_doubtful {
+                gauges.covered.note(gap, gauged.lfs_mm);
+                continue;
+            }
+            let triangle = Triangle::new(self.points, self.triangles[gauged.index]);
+            gauges.is_covered[gauged.index] = chunk.count(*gauged, &triangle, false);
+            if let Some(settled) = chunk.part.open.pop() {
+                *gauged = settled;
+            }
+        }
+        // What is doubtful still was found covered.
+        gauges.open.retain(|gauged| !gauged.is_doubtful);
+        gauges.join(chunk.part);
+        gauges.cared.sort_by_key(|(index, _)| *index);
     }
 
     /// Where medians and percentiles lie, as some of the triangles tell.
@@ -254,6 +302,25 @@ impl Gauger<'_> {
     }
 }
 
+impl Gauges {
+    /// Adds what a chunk comes to.
+    fn join(&mut self, part: Part) {
+        self.covered.join(part.covered);
+        self.facets.join(part.facets);
+        self.places.join(part.places);
+        self.cared.extend(part.cared);
+        self.open.extend(part.open);
+    }
+
+    /// The largest gap in mm and the largest ε of what is not doubtful; 0 where none is known.
+    fn most(&self) -> [f64; 2] {
+        let open = self.open.iter().filter(|it| it.area_mm2 > 0.0 && !it.is_doubtful);
+        open.fold(self.covered.most(), |[gap_mm, epsilon], gauged| {
+            [gap_mm.max(gauged.gap.mm), epsilon.max(gauged.epsilon().unwrap_or(0.0))]
+        })
+    }
+}
+
 /// What a chunk comes to.
 struct Part {
     covered: Tally,
@@ -261,6 +328,8 @@ struct Part {
     places: Places,
     cared: Vec<(usize, Placed)>,
     open: Vec<Gauged>,
+    /// Covered ones that are counted but for their gap and ε, which nearer samples may bring down.
+    unnoted: Vec<Gauged>,
     area: Sum,
 }
 
@@ -287,6 +356,7 @@ impl<'a> Chunk<'a> {
                 places: Places::up_to(guess.places),
                 cared: Vec::new(),
                 open: Vec::new(),
+                unnoted: Vec::new(),
                 area: Sum::default(),
             },
         }
@@ -344,19 +414,27 @@ impl<'a> Chunk<'a> {
                 }
             }
         }
-        self.add_plainly(triangles, block);
+        self.add_plainly(first, triangles, block);
     }
 
-    /// Counts all that is left in a block.
-    fn add_plainly(&mut self, triangles: &[[VertexId; 3]], block: &Block) {
+    /// Counts all that is left in a block, which begins with the triangle `first`.
+    fn add_plainly(&mut self, first: usize, triangles: &[[VertexId; 3]], block: &Block) {
         let Plain { largest_gap_mm, largest_epsilon, .. } = &mut self.plain;
         let (gap_mm, epsilon) = (largest(&block.gap_mm), largest(&block.epsilon));
         if gap_mm > *largest_gap_mm || epsilon > *largest_epsilon {
             for (row, &corners) in triangles.iter().enumerate() {
                 let (gap_mm, epsilon) = (block.gap_mm[row], block.epsilon[row]);
                 if gap_mm > *largest_gap_mm || epsilon > *largest_epsilon {
-                    let gap = Triangle::new(self.gauger.points, corners).gap();
-                    self.part.covered.note(gap, Some(block.lfs_mm[row]));
+                    let triangle = Triangle::new(self.gauger.points, corners);
+                    if let Some((_, border)) = self.gauger.aperture
+                        && is_blunt(&triangle)
+                        && is_doubtful(&triangle, border)
+                    {
+                        let lfs_mm = Some(block.lfs_mm[row]);
+                        self.part.unnoted.push(Gauged::whole(first + row, &triangle, lfs_mm));
+                        continue;
+                    }
+                    self.part.covered.note(triangle.gap(), Some(block.lfs_mm[row]));
                     *largest_gap_mm = largest_gap_mm.max(gap_mm);
                     *largest_epsilon = largest_epsilon.max(epsilon);
                 }
@@ -376,12 +454,9 @@ impl<'a> Chunk<'a> {
     /// Gauges any triangle, whose gap is that of its corners where none is given; says whether it is covered and
     /// has a part in the aperture.
     fn gauge_with_care(&mut self, index: usize, gap: Option<Gap>, is_left_out: bool) -> bool {
-        let Gauger { points, triangles, aperture, target, density, at_points_mm, .. } =
-            *self.gauger;
-        let part = &mut self.part;
+        let Gauger { points, triangles, aperture, at_points_mm, .. } = *self.gauger;
         let triangle = Triangle::new(points, triangles[index]);
-        let all_in_space_mm2 = triangle.area_mm2();
-        part.area.add(all_in_space_mm2);
+        self.part.area.add(triangle.area_mm2());
         let [a, b, c] = triangles[index].map(|corner| corner as usize);
         let places = [place(points[a]), place(points[b]), place(points[c])];
         let whereabouts =
@@ -389,46 +464,63 @@ impl<'a> Chunk<'a> {
         if whereabouts == Whereabouts::Outside {
             return false;
         }
-        let mut gap = gap.unwrap_or_else(|| triangle.gap());
-        let whole_mm2 = triangle.projected_area_mm2().max(0.0);
-        let mut area_mm2 = whole_mm2;
+        let is_thin = gap.is_some();
+        let mut gauged = Gauged::whole(index, &triangle, None);
+        gauged.gap = gap.unwrap_or(gauged.gap);
+        let whole_mm2 = gauged.area_mm2;
+        let mut is_clipped = false;
         if let (Whereabouts::Near, Some((aperture, border))) = (whereabouts, aperture) {
-            area_mm2 = common_area_mm2(aperture, self.aperture_mm2, border, places).min(whole_mm2);
-            if area_mm2 > 0.0 && area_mm2 < whole_mm2 {
-                gap = clipped_gap(&triangle, gap, border);
+            let area_mm2 = common_area_mm2(aperture, self.aperture_mm2, border, places);
+            gauged.area_mm2 = area_mm2.min(whole_mm2);
+            is_clipped = gauged.area_mm2 > 0.0 && gauged.area_mm2 < whole_mm2;
+            if is_clipped {
+                gauged.gap = clipped_gap(&triangle, gauged.gap, border);
             }
         }
         let lfs_mm = smaller(smaller(at_points_mm[a], at_points_mm[b]), at_points_mm[c]);
-        let lfs_mm = Some(lfs_mm).filter(|lfs_mm| !lfs_mm.is_nan());
-        let limit_mm = target.gap_mm(lfs_mm).map(|limit_mm| limit_mm * (1.0 + ROUNDING));
-        let is_open = is_left_out || limit_mm.is_none_or(|limit_mm| gap.mm > limit_mm);
+        gauged.lfs_mm = Some(lfs_mm).filter(|lfs_mm| !lfs_mm.is_nan());
+        gauged.whereabouts = whereabouts;
+        gauged.is_whole = gauged.area_mm2 > 0.0 && gauged.area_mm2 >= whole_mm2 * (1.0 - ROUNDING);
+        if is_left_out {
+            gauged.standing = Standing::Bridge;
+        }
+        let may_be_doubtful = !is_left_out && (is_clipped || (!is_thin && is_blunt(&triangle)));
+        let is_doubtful =
+            may_be_doubtful && aperture.is_some_and(|(_, border)| is_doubtful(&triangle, border));
+        self.count(gauged, &triangle, is_doubtful)
+    }
+
+    /// Counts a triangle, as far as its gap is not doubtful; says whether it is covered and has a part in the aperture.
+    fn count(&mut self, mut gauged: Gauged, triangle: &Triangle, is_doubtful: bool) -> bool {
+        let Gauger { target, density, .. } = *self.gauger;
+        let part = &mut self.part;
+        let is_left_out = gauged.standing == Standing::Bridge;
+        let Gauged { index, gap, lfs_mm, area_mm2, .. } = gauged;
         let has_area = area_mm2 > 0.0;
-        let mut gauged = Gauged {
-            index,
-            standing: if is_left_out { Standing::Bridge } else { Standing::Undersampled },
-            gap,
-            lfs_mm,
-            whereabouts,
-            area_mm2,
-            beyond: f64::from(u8::from(is_open)),
-            is_whole: has_area && area_mm2 >= whole_mm2 * (1.0 - ROUNDING),
-        };
-        if is_open {
-            if let Some(limit_mm) = limit_mm.filter(|_| !is_left_out) {
-                gauged.beyond = triangle.nearness(gap.mm).share_beyond(limit_mm);
-            }
+        let limit_mm = target.gap_mm(lfs_mm).map(|limit_mm| limit_mm * (1.0 + ROUNDING));
+        if is_left_out || limit_mm.is_none_or(|limit_mm| gap.mm > limit_mm) {
+            gauged.is_doubtful = has_area && is_doubtful;
+            gauged.beyond = match limit_mm {
+                Some(limit_mm) if !is_left_out => triangle.nearness(gap.mm).share_beyond(limit_mm),
+                _ => 1.0,
+            };
             part.open.push(gauged);
             return false;
         }
         if has_area {
-            part.covered.add(gap, lfs_mm, area_mm2);
-            let placed = gauged.placed(&triangle);
+            part.covered.add(lfs_mm, area_mm2);
+            if is_doubtful {
+                part.unnoted.push(gauged);
+            } else {
+                part.covered.note(gap, lfs_mm);
+            }
+            let placed = gauged.placed(triangle);
             part.places.add(&placed);
             part.cared.push((index, placed));
             if gauged.is_whole {
-                part.facets.add(all_in_space_mm2);
+                part.facets.add(triangle.area_mm2());
                 if let Some(density) = density {
-                    part.covered.add_facet(density, &Facet::of(&triangle));
+                    part.covered.add_facet(density, &Facet::of(triangle));
                 }
             }
         }

@@ -38,6 +38,7 @@ mod examine;
 mod facet_median;
 mod frame;
 mod gauge;
+mod nearer;
 mod patches;
 mod percentiles;
 mod plan;

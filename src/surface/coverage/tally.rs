@@ -25,11 +25,13 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// Counts a covered triangle by its area in the plane, as far as it is inside.
-    pub(super) fn add(&mut self, gap: Gap, lfs_mm: Option<f64>, area_mm2: f64) {
+    /// Counts a covered triangle by its area in the plane, as far as it is inside; its gap is noted beside.
+    pub(super) fn add(&mut self, lfs_mm: Option<f64>, area_mm2: f64) {
         self.counts.covered += 1;
         self.covered.add(area_mm2);
-        self.note(gap, lfs_mm);
+        if let Some(lfs_mm) = lfs_mm {
+            self.note_lfs_mm(lfs_mm);
+        }
     }
 
     /// Counts one that is not.

@@ -19,6 +19,7 @@ mod projection;
 mod random;
 mod raster;
 mod reduce;
+mod rim_gap;
 mod sampling;
 mod sections;
 mod shapes;

@@ -81,7 +81,7 @@ fn minus(p: PointMm, q: PointMm) -> PointMm {
 }
 
 /// Samples in squares of the plane.
-struct Squares<'a> {
+pub(crate) struct Squares<'a> {
     points: &'a [PointMm],
     size_mm: f64,
     reach: i64,
@@ -89,7 +89,7 @@ struct Squares<'a> {
 }
 
 impl<'a> Squares<'a> {
-    fn new(points: &'a [PointMm], radius_mm: f64) -> Squares<'a> {
+    pub(crate) fn new(points: &'a [PointMm], radius_mm: f64) -> Squares<'a> {
         let size_mm = 2.0 * radius_mm / (points.len() as f64).sqrt();
         let mut found =
             Squares { points, size_mm, reach: 1, of_square: std::collections::HashMap::new() };
@@ -103,7 +103,7 @@ impl<'a> Squares<'a> {
         [0, 1].map(|axis| (point[axis] / self.size_mm).floor() as i64)
     }
 
-    fn nearest_mm(&self, at: PointMm) -> f64 {
+    pub(crate) fn nearest_mm(&self, at: PointMm) -> f64 {
         let [column, row] = self.square(&at);
         let mut reach = self.reach;
         loop {
