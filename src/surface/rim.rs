@@ -30,11 +30,14 @@ use crate::relief::sides;
 /// The triangles, by ascending index, whose gap is smaller than their corners alone tell, and that
 /// gap. Linear time.
 pub(crate) fn refined_gaps(points: &[PointMm], triangles: &[[VertexId; 3]]) -> Vec<(usize, Gap)> {
-    refined_gaps_along(points, triangles, &Outline::new(points.len(), triangles))
+    let mut gaps = gaps_along(points, triangles, &Outline::new(points.len(), triangles));
+    gaps.retain(|&(index, gap)| gap.mm < Triangle::new(points, triangles[index]).gap().mm);
+    gaps
 }
 
-/// [`refined_gaps`] where the outline of the triangles is known.
-pub(crate) fn refined_gaps_along(
+/// The triangles, by ascending index, whose circumcentre lies beyond the outline, and upper bounds of their gaps: none is
+/// above what their corners alone tell.
+pub(crate) fn gaps_along(
     points: &[PointMm],
     triangles: &[[VertexId; 3]],
     outline: &Outline,
@@ -227,7 +230,9 @@ struct Reached<N> {
     secant: f64,
     /// Which reached triangle it lies beneath.
     above: Option<usize>,
-    /// If it is obtuse over the side it was reached through: what leads to its short sides.
+    /// Whether it is obtuse over the side it was reached through: its circumcentre lies beyond the outline.
+    is_beyond: bool,
+    /// If so, and if there are triangles beneath both its short sides: what leads there.
     way: Option<Way>,
 }
 
@@ -356,7 +361,8 @@ fn refine<S: Sides>(
         let corners = mesh.corners(name);
         let (triangle, flat) = (Triangle::new(points, corners), flat(points, corners));
         let mut way = None;
-        if flat.is_obtuse() && flat.longest_side() == through {
+        let is_beyond = flat.is_obtuse() && flat.longest_side() == through;
+        if is_beyond {
             let [left_side, right_side] = flat.short_sides();
             let beneath = [mesh.across(left_side)?, mesh.across(right_side)?];
             if let [Some(left), Some(right)] = beneath {
@@ -367,17 +373,20 @@ fn refine<S: Sides>(
                 way = Some(Way { height_mm: flat.height_mm(), beneath, secant: 1.0 });
             }
         }
-        reached.push(Reached { name, gap: triangle.gap(), secant: secant(&triangle), above, way });
+        let (gap, secant) = (triangle.gap(), secant(&triangle));
+        reached.push(Reached { name, gap, secant, above, is_beyond, way });
     }
     // Whatever lies beneath a triangle was reached after it.
-    while let Some(Reached { name, mut gap, mut secant, above, way }) = reached.pop() {
+    while let Some(Reached { name, mut gap, mut secant, above, is_beyond, way }) = reached.pop() {
         if let Some(way) = way {
             // A chord stands as steep as may be.
             secant = way.secant;
             if way.mm() < gap.mm {
                 gap = Gap { mm: way.mm(), at_mm: way.beneath.at_mm };
-                refined.push((name, gap));
             }
+        }
+        if is_beyond {
+            refined.push((name, gap));
         }
         if let Some(way) = above.and_then(|above| reached[above].way.as_mut()) {
             way.secant = way.secant.max(secant);

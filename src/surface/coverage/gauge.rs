@@ -135,7 +135,7 @@ pub(super) struct Gauger<'a> {
     pub(super) triangles: &'a [[VertexId; 3]],
     /// Indices, ascending, of triangles that are bridges whatever their gap.
     pub(super) left_out: &'a [usize],
-    /// Gaps of triangles, by ascending index, that are not those of their corners.
+    /// Triangles, by ascending index, whose circumcentre lies beyond the hull, with upper bounds of their gaps.
     pub(super) refined: &'a [(usize, Gap)],
     /// Without one every triangle counts.
     pub(super) aperture: Option<(&'a Aperture, &'a Border)>,
@@ -180,7 +180,6 @@ impl Gauger<'_> {
 
     /// Settles the gaps that samples beside their triangles may bring down, as far as that matters.
     fn settle(&self, gauges: &mut Gauges, mut unnoted: Vec<Gauged>, guess: Guess) {
-        let Some((_, border)) = self.aperture else { return };
         let [gap_mm, epsilon] = gauges.most().map(|most| most * (1.0 + ROUNDING));
         unnoted.retain(|it| it.gap.mm > gap_mm || it.epsilon().is_some_and(|own| own > epsilon));
         let open = gauges.open.iter_mut().filter(|gauged| gauged.is_doubtful);
@@ -189,6 +188,7 @@ impl Gauger<'_> {
             return;
         }
         let chosen: Vec<_> = doubtful.iter().map(|gauged| (gauged.index, gauged.gap)).collect();
+        let border = self.aperture.map(|(_, border)| border);
         let surface = Surface { points: self.points, triangles: self.triangles, border };
         let mut chunk = Chunk::new(self, guess);
         for (gauged, gap) in doubtful.into_iter().zip(surface.gaps(&chosen)) {
@@ -484,9 +484,11 @@ impl<'a> Chunk<'a> {
         if is_left_out {
             gauged.standing = Standing::Bridge;
         }
-        let may_be_doubtful = !is_left_out && (is_clipped || (!is_thin && is_blunt(&triangle)));
-        let is_doubtful =
-            may_be_doubtful && aperture.is_some_and(|(_, border)| is_doubtful(&triangle, border));
+        // The circumcentre of a thin one lies beyond the hull.
+        let lies_beyond = |(_, border)| is_doubtful(&triangle, border);
+        let is_doubtful = !is_left_out
+            && (is_thin
+                || (is_clipped || is_blunt(&triangle)) && aperture.is_some_and(lies_beyond));
         self.count(gauged, &triangle, is_doubtful)
     }
 

@@ -50,7 +50,8 @@ fn circumcentre(triangle: &Triangle) -> Place {
 pub(super) struct Surface<'a> {
     pub(super) points: &'a [PointMm],
     pub(super) triangles: &'a [[VertexId; 3]],
-    pub(super) border: &'a Border,
+    /// Without one every place of a triangle counts.
+    pub(super) border: Option<&'a Border>,
 }
 
 impl Surface<'_> {
@@ -129,7 +130,7 @@ fn gap_among(
     places: &[PointMm],
     tree: &WeightedTree,
     (triangle, gap): (&Triangle, Gap),
-    border: &Border,
+    border: Option<&Border>,
 ) -> (Gap, Vec<u32>) {
     let pieces = Pieces::of(triangle);
     let mut sides = Vec::new();
@@ -142,7 +143,8 @@ fn gap_among(
             break;
         }
         if sides.is_empty() {
-            border.sides_near(triangle.corners_mm().map(place), &mut sides);
+            let corners = triangle.corners_mm().map(place);
+            border.inspect(|border| border.sides_near(corners, &mut sides));
         }
         used.push(index);
         samples.push(places[index as usize]);
@@ -159,7 +161,7 @@ fn gap_among(
 fn farthest_place(
     pieces: &Pieces,
     samples: &[PointMm],
-    border: &Border,
+    border: Option<&Border>,
     sides: &[u32],
 ) -> Option<Gap> {
     let mut farthest: Option<Gap> = None;
@@ -174,7 +176,9 @@ fn farthest_place(
         for other in samples.iter().filter(|other| *other != sample) {
             polygon = nearer(&polygon, sample, other);
         }
-        polygon.iter().copied().filter(|&at_mm| border.contains(place(at_mm))).for_each(&mut note);
+        let counts = |at_mm: &PointMm| border.is_none_or(|border| border.contains(place(*at_mm)));
+        polygon.iter().copied().filter(counts).for_each(&mut note);
+        let Some(border) = border else { continue };
         let flat: Vec<Place> = polygon.iter().copied().map(place).collect();
         for &side in sides {
             if let Some(ends) = pieces.clipped_to(&flat, border.side(side)) {

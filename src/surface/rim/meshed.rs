@@ -8,14 +8,14 @@ use std::collections::hash_map::Entry;
 use asphera_geometry::{Gap, PointMm, VertexId, from_smallest};
 use asphera_mesh::{About, Mesh};
 
-use super::{Outline, Sides, Unseen, flat, hull, refine, refined_gaps_along};
+use super::{Outline, Sides, Unseen, flat, gaps_along, hull, refine};
 
 /// What lies along the outline of the triangles of a mesh.
 pub(crate) struct Rim {
     /// The vertices of the outline counter-clockwise, from the smallest number on. `None` without triangles, or
     /// where their outline is not one closed line that passes no vertex twice.
     pub(crate) hull: Option<Vec<VertexId>>,
-    /// The triangles, by ascending index, whose gap is smaller than their corners alone tell, and that gap.
+    /// The triangles, by ascending index, whose circumcentre lies beyond the hull, and upper bounds of their gaps.
     pub(crate) refined: Vec<(usize, Gap)>,
 }
 
@@ -23,7 +23,7 @@ impl Rim {
     /// That of a list of triangles. Takes some passes over it.
     pub(crate) fn of_triangles(points: &[PointMm], triangles: &[[VertexId; 3]]) -> Rim {
         let outline = Outline::new(points.len(), triangles);
-        let refined = refined_gaps_along(points, triangles, &outline);
+        let refined = gaps_along(points, triangles, &outline);
         Rim { hull: hull(triangles, &outline), refined }
     }
 

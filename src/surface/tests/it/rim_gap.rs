@@ -193,3 +193,51 @@ fn threads_change_no_bit() {
         assert_eq!(with(4), one);
     }
 }
+
+/// Rows that end within the aperture: the hull is closed there by triangles that reach over many samples.
+#[test]
+fn the_largest_gap_where_a_scan_has_got_so_far_is_that_of_places() {
+    const RADIUS_MM: f64 = 2.5;
+    // A circle is drawn as a polygon that leaves it by at most so much.
+    const DRAWN_MM: f64 = 1e-5 * RADIUS_MM;
+    let mut most = 0.0_f64;
+    for count in (400..2400).step_by(90) {
+        let scan = |shift_mm: [f64; 2]| {
+            let mut mesh = Mesh::new();
+            mesh.extend((0..count).map(|index: usize| {
+                let [i, j] = [index % 50, index / 50].map(|at| at as f64);
+                let jitter = |k: f64| 0.06 * (k * (index as f64 + 1.0)).sin();
+                let x = -4.0 + 8.0 * i / 49.0 + jitter(12.9);
+                let y = -3.0 + 6.0 * j / 49.0 + jitter(78.2);
+                [x + shift_mm[0], y + shift_mm[1], 1e-3 * x - 2e-3 * y]
+            }));
+            mesh.flush();
+            mesh
+        };
+        let rim = Rim {
+            name: "begun",
+            aperture: Aperture::circle([0.0; 2], RADIUS_MM).expect("it is sound"),
+            inside_by_mm: |[x, y]| RADIUS_MM - x.hypot(y),
+        };
+        let mesh = scan([0.0; 2]);
+        let expected_mm = farthest(&mesh, &rim, |_, _| 1.0);
+        for share in [1.02, 0.8, 0.3] {
+            let target = Target::spacing_mm(2.0_f64.sqrt() * share * expected_mm);
+            let gap_mm = |mesh: &Mesh, rim: &Rim| {
+                let found = covered(mesh, rim, &target, |_, _| 40.0);
+                found.gap_mm.unwrap().max
+            };
+            let found = gap_mm(&mesh, &rim);
+            most = most.max(found / expected_mm);
+            assert!(
+                found >= expected_mm - DRAWN_MM && found <= 1.01 * expected_mm,
+                "{count} points at {share}: {found}, place by place {expected_mm}"
+            );
+            let shift_mm = [37.3, -112.9];
+            let aperture = Aperture::circle(shift_mm, RADIUS_MM).expect("it is sound");
+            let moved = gap_mm(&scan(shift_mm), &Rim { aperture, ..rim });
+            assert!((moved / found - 1.0).abs() < 1e-9, "{found} here, {moved} there");
+        }
+    }
+    eprintln!("too large by {:.2} % at most", 100.0 * (most - 1.0));
+}
