@@ -353,7 +353,7 @@ fn by_turns(runs: &[Run]) -> Option<usize> {
 
 /// More triangles torn down and sides flipped a point than this are too many. Lines inside a raster take 6 to 8, points in no
 /// order 4 in rounds.
-const MOST_EFFORT: usize = 8;
+const MOST_EFFORT: usize = 6;
 
 /// So many points more may take as much, or of a large batch one in so many. The first turn of a spiral about what another
 /// thread inserts is a closed curve, but all turns after it are lines.

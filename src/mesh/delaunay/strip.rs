@@ -158,13 +158,15 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// Whether a strip has so many points that it must be narrow, and is not.
     ///
     /// Between lines that lie apart by many times their steps, and are not straight, flips may be as many as pairs of points.
-    /// Of shorter strips that shows when the first ones were made.
+    /// Of shorter strips that shows when the first ones were made, but not where the hull before them is
+    /// long: 1,000 points before 11,000 sides took 9.5 million.
     fn is_too_wide(&self, plan: &mut Plan, path: Path) -> bool {
         let [first, last] = [0, path.run.count - 1].map(|index| self.at(path.at(index)));
         let distance = |[p, q]: [Place; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
         let step = distance([first, last]) / path.run.count as f64;
         plan.is_wide = distance(plan.bridge) > WIDE_STEPS * step;
-        plan.is_wide && path.run.count >= 2 * LONGEST_WIDE
+        let is_uneven = plan.of_hull > LONG_HULL.max(UNEVEN * path.run.count);
+        plan.is_wide && (is_uneven || path.run.count >= 2 * LONGEST_WIDE)
     }
 
     /// How many of so many points that follow one another are to be tried as a strip next: none where the last ones took
@@ -534,7 +536,11 @@ const FAN: usize = 16;
 const WIDE_STEPS: f64 = 64.0;
 
 /// Points of a wide strip at most, or twice as many where those are all there are.
-const LONGEST_WIDE: usize = 2048;
+const LONGEST_WIDE: usize = 512;
+
+/// A wide strip may have so many sides of the hull before it, or so many for each of its points.
+const LONG_HULL: usize = 5000;
+const UNEVEN: usize = 2;
 
 /// Points of the first strip, each next one being four times as long as long as flips are few.
 const FIRST_STRIP: usize = 64;

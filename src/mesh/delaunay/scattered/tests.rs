@@ -167,3 +167,31 @@ fn lines_of_a_cross_by_turns_cost_no_more_work_than_shuffled_points() {
     let [ours, of_shuffled] = [&places, &shuffled(&places)].map(|order| effort(order, COUNT));
     assert!(ours <= 3.2 * of_shuffled, "{ours:.2} against {of_shuffled:.2}");
 }
+
+/// Strips before a long hull: one of 2,048 points took 6.0 million flips before 9,098 sides, one of 1,000 points 9.5 million
+/// before 11,000.
+#[test]
+fn strips_before_a_long_hull_are_not_tried() {
+    const MANY: usize = 100_000;
+    let lines = (0..MANY).map(|index| {
+        let [x, y] = [(index / 5) as f64 / (MANY / 5) as f64, 0.1883 * (index % 5) as f64];
+        let (sine, cosine) = 5.17_f64.sin_cos();
+        [cosine * x - sine * y, sine * x + cosine * y]
+    });
+    let corner =
+        |at: usize| polar(if at.is_multiple_of(2) { 1.0 } else { 0.091 }, PI * at as f64 / 5.0);
+    let star = (0..MANY).map(|index| {
+        let side = index / (MANY / 10);
+        let share = (index % (MANY / 10)) as f64 / (MANY / 10) as f64;
+        let [from, to] = [corner(side), corner(side + 1)];
+        [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]))
+    });
+    for (name, places, batch, most) in [
+        ("five lines by turns", lines.collect::<Vec<Place>>(), MANY, 1.45),
+        ("star of 5 spikes", star.collect(), BATCH, 0.6),
+    ] {
+        let [ours, of_shuffled] = [&places, &shuffled(&places)].map(|order| effort(order, batch));
+        eprintln!("{name}: {ours:.2} against {of_shuffled:.2}");
+        assert!(ours <= most * of_shuffled, "{name}: {ours:.2} against {of_shuffled:.2}");
+    }
+}
