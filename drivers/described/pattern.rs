@@ -26,6 +26,10 @@ impl Pattern {
     ///
     /// Where it is no regular expression, or one too large to keep.
     pub fn new(text: &str) -> Result<Pattern, PatternError> {
+        once(text, Pattern::compiled)
+    }
+
+    fn compiled(text: &str) -> Result<Pattern, PatternError> {
         let compiled =
             |whole: &str| RegexBuilder::new(whole).unicode(false).size_limit(LARGEST).build();
         // Alone first: an unbalanced bracket must not close ours.
@@ -70,6 +74,34 @@ impl PartialEq for Pattern {
     fn eq(&self, other: &Pattern) -> bool {
         self.text == other.text
     }
+}
+
+#[cfg(not(feature = "fuzzing"))]
+fn once(
+    text: &str,
+    make: fn(&str) -> Result<Pattern, PatternError>,
+) -> Result<Pattern, PatternError> {
+    make(text)
+}
+
+/// Makes each pattern once: a fuzz target starts a driver for every input, and spent nearly all of its time here.
+#[cfg(feature = "fuzzing")]
+fn once(
+    text: &str,
+    make: fn(&str) -> Result<Pattern, PatternError>,
+) -> Result<Pattern, PatternError> {
+    use std::collections::HashMap;
+
+    thread_local! {
+        static KNOWN: std::cell::RefCell<HashMap<String, Result<Pattern, PatternError>>> =
+            std::cell::RefCell::default();
+    }
+    KNOWN.with_borrow_mut(|known| {
+        if known.len() > 256 {
+            known.clear();
+        }
+        known.entry(text.to_owned()).or_insert_with(|| make(text)).clone()
+    })
 }
 
 /// Most bytes of a compiled expression.
