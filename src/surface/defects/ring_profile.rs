@@ -11,8 +11,10 @@
 //! 3. If nearly all sectors stand out to the same side anywhere outside the middle, there is a *profile*: what the
 //!    quartic leaves of the means.
 //! 4. The profile has the rings of the middle only if these are no higher than the ones around. Else they may be a defect.
-//! 5. A second round over the remainder gives back what the means flattened (J. W. Tukey's twicing).
+//! 5. Where only some sectors go on, in corners, the profile goes on by these (`ring_profile/corners.rs`).
+//! 6. A second round over the remainder gives back what the means flattened (J. W. Tukey's twicing).
 
+mod corners;
 mod sectors;
 
 use self::sectors::{Mean, Polar, SECTORS, Sectors};
@@ -51,7 +53,8 @@ impl RingProfile {
         let middle_is_higher = rings.middle_is_higher(&rings.standing_out()?);
         let found = |sectors: &Sectors| {
             let flat = sectors.flat();
-            let mut heights_mm = Alike::of(&flat.means)?.heights_mm;
+            let Alike { mut heights_mm, last, .. } = Alike::of(&flat.means)?;
+            corners::go_on(&mut heights_mm, last, &flat.means);
             if middle_is_higher {
                 let rings = Alike::of(&flat.without_wide(WIDE, MIDDLE))?;
                 rings.fade(&mut heights_mm);
@@ -86,6 +89,8 @@ struct Alike {
     reached: Vec<f64>,
     /// Standard deviation of single samples by that scatter.
     single_mm: f64,
+    /// The last node where enough sectors are known.
+    last: usize,
 }
 
 impl Alike {
@@ -115,11 +120,12 @@ impl Alike {
                 scatter.extend(at.iter().map(apart));
             }
         }
+        let last = weights.iter().rposition(|&weight| weight > 0.0)?;
         level(&mut heights_mm, &mut weights);
         let scatter_mm = tail::scale(&mut scatter)?;
         reached.iter_mut().for_each(|reached| *reached /= scatter_mm);
         let deviations_mm = weights.iter().map(|weight| scatter_mm / weight.sqrt()).collect();
-        Some(Alike { heights_mm, deviations_mm, reached, single_mm: scatter_mm })
+        Some(Alike { heights_mm, deviations_mm, reached, single_mm: scatter_mm, last })
     }
 
     /// The nodes outside the middle where nearly all sectors stand out from their scatter to one side; `None` without any.

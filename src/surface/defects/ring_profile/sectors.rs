@@ -236,18 +236,18 @@ impl Sums {
 }
 
 /// Least squares of a polynomial with N terms.
-struct Polynomial<const N: usize> {
+pub(super) struct Polynomial<const N: usize> {
     normal: SMatrix<f64, N, N>,
     right: SVector<f64, N>,
 }
 
 impl<const N: usize> Polynomial<N> {
-    fn new() -> Polynomial<N> {
+    pub(super) fn new() -> Polynomial<N> {
         Polynomial { normal: SMatrix::zeros(), right: SVector::zeros() }
     }
 
     /// Adds a height at a place from -1 to 1.
-    fn add(&mut self, place: f64, weight: f64, height: f64) {
+    pub(super) fn add(&mut self, place: f64, weight: f64, height: f64) {
         if weight <= 0.0 {
             return;
         }
@@ -258,7 +258,7 @@ impl<const N: usize> Polynomial<N> {
     }
 
     /// Coefficients, the constant first; `None` where they are not determined.
-    fn solved(&self) -> Option<SVector<f64, N>> {
+    pub(super) fn solved(&self) -> Option<SVector<f64, N>> {
         let factor = self.normal.cholesky()?;
         let root = factor.l_dirty();
         let is_told = |term: usize| root[(term, term)] > TOLD * self.normal[(term, term)].sqrt();
