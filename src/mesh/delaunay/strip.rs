@@ -536,7 +536,7 @@ const FAN: usize = 16;
 const WIDE_STEPS: f64 = 64.0;
 
 /// Points of a wide strip at most, or twice as many where those are all there are.
-const LONGEST_WIDE: usize = 512;
+const LONGEST_WIDE: usize = 1024;
 
 /// A wide strip may have so many sides of the hull before it, or so many for each of its points.
 const LONG_HULL: usize = 5000;
