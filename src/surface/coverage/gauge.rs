@@ -50,7 +50,7 @@ pub(super) struct Gauged {
 }
 
 impl Gauged {
-    /// One that lies inside the aperture as a whole and is within the target.
+    /// One that is taken to lie inside the aperture as a whole, until more is known of it.
     fn whole(index: usize, triangle: &Triangle, lfs_mm: Option<f64>) -> Gauged {
         Gauged {
             index,

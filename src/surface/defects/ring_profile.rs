@@ -107,9 +107,7 @@ impl Alike {
                 continue;
             }
             at.sort_unstable_by(|p, q| p.height_mm.total_cmp(&q.height_mm));
-            let middle = &at[count / 3..count - count / 3];
-            let sum_mm = middle.iter().map(|mean| mean.height_mm).sum::<f64>();
-            let height_mm = sum_mm / middle.len() as f64;
+            let height_mm = middle_third(&at, |mean| mean.height_mm);
             heights_mm[node] = height_mm;
             let fewest = if height_mm > 0.0 { count / 5 } else { count - 1 - count / 5 };
             let Mean { weight, height_mm: least_mm, .. } = at[fewest];
@@ -155,6 +153,13 @@ impl Alike {
             *mm -= (1.0 - way * way * (3.0 - 2.0 * way)) * ring_mm;
         }
     }
+}
+
+/// Mean of the middle third of what is sorted; not of nothing.
+fn middle_third<T>(sorted: &[T], height_mm: impl Fn(&T) -> f64) -> f64 {
+    let count = sorted.len();
+    let middle = &sorted[count / 3..count - count / 3];
+    middle.iter().map(height_mm).sum::<f64>() / middle.len() as f64
 }
 
 /// Lets heights go on level where too few sectors have samples, next to the axis and in corners.

@@ -5,6 +5,7 @@
 //! one as well, whatever the rings. So the profile goes on as f less that quartic, and what it leaves of the part has no bend
 //! where sectors end.
 
+use super::middle_third;
 use super::sectors::{Mean, Polynomial};
 use crate::defects::tail;
 
@@ -81,13 +82,11 @@ fn middle_mean(those: &[usize], sectors: &[Vec<Mean>], node: usize) -> Option<f6
         let mean = &sectors[sector][node];
         (mean.weight > 0.0).then(|| heights_mm.push(mean.height_mm))?;
     }
-    let count = heights_mm.len();
-    if count < FEW {
+    if heights_mm.len() < FEW {
         return None;
     }
     heights_mm.sort_unstable_by(f64::total_cmp);
-    let middle = &heights_mm[count / 3..count - count / 3];
-    Some(middle.iter().sum::<f64>() / middle.len() as f64)
+    Some(middle_third(&heights_mm, |height_mm| *height_mm))
 }
 
 /// The border of a round part is no corner: few samples make up so many nodes or fewer.
