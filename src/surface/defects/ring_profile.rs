@@ -14,6 +14,7 @@
 //! 5. Where only some sectors go on, in corners, the profile goes on by these (`ring_profile/corners.rs`).
 //! 6. A second round over the remainder gives back what the means flattened (J. W. Tukey's twicing).
 
+mod centre;
 mod corners;
 mod sectors;
 
@@ -23,6 +24,8 @@ use super::tail;
 
 /// Ring profile of a surface.
 pub(super) struct RingProfile {
+    /// The middle of the rings from the axis.
+    centre_mm: [f64; 2],
     step_mm: f64,
     /// By nodes outwards from the axis, in mm.
     heights_mm: Vec<f64>,
@@ -30,17 +33,41 @@ pub(super) struct RingProfile {
 
 impl RingProfile {
     /// Finds the profile of a surface whose vertices have `places_mm` about the axis; `None` where no form is alike all
-    /// round. Takes some 30 ns a vertex.
+    /// round. Takes some 30 ns a vertex, and as much again for each of up to four places its middle is looked for at.
     pub(super) fn of(
         surface: &DeviatingSurface<'_>,
         places_mm: &[[f64; 2]],
     ) -> Option<RingProfile> {
+        let mut found = RingProfile::about([0.0; 2], surface, places_mm)?;
+        let mut last_mm = f64::INFINITY;
+        for _ in 0..PLACES {
+            let (profile, Some(by_mm)) = &found else { break };
+            let centre_mm = [0, 1].map(|axis| profile.centre_mm[axis] + by_mm[axis]);
+            let away_mm = by_mm[0].hypot(by_mm[1]);
+            let nearer = away_mm > NEAR * profile.step_mm && away_mm < last_mm;
+            if !nearer || centre_mm[0].hypot(centre_mm[1]) > FARTHEST * profile.step_mm {
+                break;
+            }
+            last_mm = away_mm;
+            let Some(better) = RingProfile::about(centre_mm, surface, places_mm) else { break };
+            found = better;
+        }
+        Some(found.0)
+    }
+
+    /// The same about a place, and how much farther off the middle of the rings seems to lie.
+    fn about(
+        centre_mm: [f64; 2],
+        surface: &DeviatingSurface<'_>,
+        places_mm: &[[f64; 2]],
+    ) -> Option<(RingProfile, Option<[f64; 2]>)> {
         let step_mm = surface.spacing_mm / NODES_PER_SPACING;
+        let from = |[x, y]: [f64; 2]| [x - centre_mm[0], y - centre_mm[1]];
         let polar: Vec<Polar> = places_mm
             .iter()
             .zip(surface.deviations_mm)
             .filter(|(_, deviation_mm)| deviation_mm.is_finite())
-            .map(|(&place_mm, &deviation_mm)| Polar::new(place_mm, deviation_mm, step_mm))
+            .map(|(&place_mm, &deviation_mm)| Polar::new(from(place_mm), deviation_mm, step_mm))
             .collect();
         let farthest = polar.iter().map(|of| of.radius).fold(0.0, f64::max);
         // Written so that NaN fails.
@@ -51,8 +78,7 @@ impl RingProfile {
         let sectors = Sectors::new(&polar, nodes, |_| 0.0);
         let rings = Alike::of(&sectors.flat().without_wide(WIDE, 0))?;
         let middle_is_higher = rings.middle_is_higher(&rings.standing_out()?);
-        let found = |sectors: &Sectors| {
-            let flat = sectors.flat();
+        let found = |flat: &Sectors| {
             let Alike { mut heights_mm, last, .. } = Alike::of(&flat.means)?;
             corners::go_on(&mut heights_mm, last, &flat.means);
             if middle_is_higher {
@@ -61,15 +87,17 @@ impl RingProfile {
             }
             Some(heights_mm)
         };
-        let mut profile = RingProfile { step_mm, heights_mm: found(&sectors)? };
-        let more_mm = found(&Sectors::new(&polar, nodes, |radius| profile.at(radius)))?;
+        let mut profile = RingProfile { centre_mm, step_mm, heights_mm: found(&sectors.flat())? };
+        let left = Sectors::new(&polar, nodes, |radius| profile.at(radius)).flat();
+        let more_mm = found(&left)?;
+        let off = centre::off_centre(&profile.heights_mm, &left, MIDDLE);
         profile.heights_mm.iter_mut().zip(more_mm).for_each(|(mm, more_mm)| *mm += more_mm);
-        Some(profile)
+        Some((profile, off.map(|off| off.map(|nodes| nodes * step_mm))))
     }
 
     /// Height in mm at a place about the axis.
     pub(super) fn height_mm(&self, [x, y]: [f64; 2]) -> f64 {
-        self.at(x.hypot(y) / self.step_mm)
+        self.at((x - self.centre_mm[0]).hypot(y - self.centre_mm[1]) / self.step_mm)
     }
 
     /// The same at a distance from the axis in nodes.
@@ -89,7 +117,7 @@ struct Alike {
     reached: Vec<f64>,
     /// Standard deviation of single samples by that scatter.
     single_mm: f64,
-    /// The last node where enough sectors are known.
+    /// The last node where as many sectors are known as usual: each lost a quartic of its own, so a mean of fewer is another.
     last: usize,
 }
 
@@ -99,6 +127,7 @@ impl Alike {
         let nodes = sectors.first()?.len();
         let (mut heights_mm, mut reached) = (vec![0.0; nodes], vec![0.0; nodes]);
         let (mut weights, mut scatter) = (vec![0.0; nodes], Vec::new());
+        let mut counts = vec![0; nodes];
         for node in 0..nodes {
             let all = sectors.iter().map(|sector| sector[node]);
             let mut at: Vec<Mean> = all.filter(|mean| mean.weight > 0.0).collect();
@@ -106,6 +135,7 @@ impl Alike {
             if count < SECTORS_LEAST {
                 continue;
             }
+            counts[node] = count;
             at.sort_unstable_by(|p, q| p.height_mm.total_cmp(&q.height_mm));
             let height_mm = middle_third(&at, |mean| mean.height_mm);
             heights_mm[node] = height_mm;
@@ -118,7 +148,8 @@ impl Alike {
                 scatter.extend(at.iter().map(apart));
             }
         }
-        let last = weights.iter().rposition(|&weight| weight > 0.0)?;
+        let usual = usual(&counts)?;
+        let last = counts.iter().rposition(|&count| count >= usual)?;
         level(&mut heights_mm, &mut weights);
         let scatter_mm = tail::scale(&mut scatter)?;
         reached.iter_mut().for_each(|reached| *reached /= scatter_mm);
@@ -155,6 +186,12 @@ impl Alike {
     }
 }
 
+/// The count of sectors that most nodes have, of those with enough; `None` without any.
+fn usual(counts: &[usize]) -> Option<usize> {
+    let nodes = |usual: &usize| counts.iter().filter(|&count| count == usual).count();
+    (SECTORS_LEAST..=SECTORS).max_by_key(nodes).filter(|usual| nodes(usual) > 0)
+}
+
 /// Mean of the middle third of what is sorted; not of nothing.
 fn middle_third<T>(sorted: &[T], height_mm: impl Fn(&T) -> f64) -> f64 {
     let count = sorted.len();
@@ -174,6 +211,12 @@ fn level(heights_mm: &mut [f64], weights: &mut [f64]) {
     }
 }
 
+/// Places beside the axis at which the middle of the rings is looked for.
+const PLACES: usize = 4;
+/// Nodes by which that place is known well enough.
+const NEAR: f64 = 0.05;
+/// Nodes from the axis within which it lies.
+const FARTHEST: f64 = 10.0;
 /// Nodes along a spacing.
 const NODES_PER_SPACING: f64 = 2.0;
 /// Fewer sectors with samples do not tell what is alike all round.

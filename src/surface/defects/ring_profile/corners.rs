@@ -9,47 +9,65 @@ use super::middle_third;
 use super::sectors::{Mean, Polynomial};
 use crate::defects::tail;
 
-/// Lets a profile that is known up to the node `last`, and level from there on, go on to the end of some sectors; level where
-/// too few are known.
+/// Lets a profile that is known up to the node `last` go on to the end of some sectors, and by its own quartic where too few
+/// are known, as in the tip of a corner.
 pub(super) fn go_on(heights_mm: &mut [f64], last: usize, sectors: &[Vec<Mean>]) {
     if last + NARROW >= heights_mm.len() {
         return;
     }
     let mut those: Vec<usize> = Vec::new();
-    let mut apart = Apart::default();
+    let mut apart = Quartic::default();
+    let way = |node: usize| node as f64 / sectors[0].len() as f64;
     for node in last + 1..heights_mm.len() {
         let known: Vec<usize> =
             (0..sectors.len()).filter(|&sector| sectors[sector][node].weight > 0.0).collect();
         if known != those {
-            apart = Apart::of(&heights_mm[..node], &known, sectors);
+            let others_mm = |node| middle_mean(&known, sectors, node);
+            apart = Quartic::between(&heights_mm[..node], &known, sectors, others_mm);
             those = known;
         }
-        let scale = heights_mm.len() as f64;
-        heights_mm[node] = match (middle_mean(&those, sectors, node), apart.at(node as f64 / scale))
-        {
-            (Some(height_mm), Some(apart_mm)) => height_mm - apart_mm,
-            _ => heights_mm[node - 1],
+        let mean_mm = middle_mean(&those, sectors, node);
+        heights_mm[node] = match mean_mm.zip(apart.at(way(node))) {
+            Some((height_mm, apart_mm)) => height_mm - apart_mm,
+            None => return go_on_alone(heights_mm, node, sectors),
         };
     }
 }
 
-/// How far the mean of some sectors lies from the profile: an even quartic.
+/// Lets a profile go on from a node by its own quartic.
+fn go_on_alone(heights_mm: &mut [f64], first: usize, sectors: &[Vec<Mean>]) {
+    let all: Vec<usize> = (0..sectors.len()).collect();
+    let own = Quartic::between(&vec![0.0; first], &all, sectors, |node| Some(heights_mm[node]));
+    for node in first..heights_mm.len() {
+        let [before, at] = [node - 1, node].map(|node| node as f64 / sectors[0].len() as f64);
+        let more_mm = own.at(at).zip(own.at(before)).map_or(0.0, |(at, before)| at - before);
+        heights_mm[node] = heights_mm[node - 1] + more_mm;
+    }
+}
+
+/// An even quartic.
 #[derive(Default)]
-struct Apart {
+struct Quartic {
     terms: Option<[f64; 3]>,
 }
 
-impl Apart {
-    fn of(profile_mm: &[f64], those: &[usize], sectors: &[Vec<Mean>]) -> Apart {
+impl Quartic {
+    /// How far other heights lie from a profile.
+    fn between(
+        profile_mm: &[f64],
+        those: &[usize],
+        sectors: &[Vec<Mean>],
+        others_mm: impl Fn(usize) -> Option<f64>,
+    ) -> Quartic {
         let scale = sectors.first().map_or(1.0, |sector| sector.len() as f64);
         let both = profile_mm.iter().enumerate().filter_map(|(node, profile_mm)| {
-            let height_mm = middle_mean(those, sectors, node)?;
+            let height_mm = others_mm(node)?;
             let weight = those.iter().map(|&sector| sectors[sector][node].weight).sum::<f64>();
             Some((node as f64 / scale, weight, height_mm - profile_mm))
         });
         let both: Vec<(f64, f64, f64)> = both.collect();
         let mut most_mm = f64::INFINITY;
-        let mut found = Apart::default();
+        let mut found = Quartic::default();
         for _ in 0..ROUNDS {
             let mut fit = Polynomial::<3>::new();
             for &(way, weight, apart_mm) in &both {
@@ -58,7 +76,7 @@ impl Apart {
                     fit.add(way * way, weight, apart_mm);
                 }
             }
-            found = Apart { terms: fit.solved().map(Into::into) };
+            found = Quartic { terms: fit.solved().map(Into::into) };
             let off = |&(way, weight, apart_mm): &(f64, f64, f64)| {
                 Some((apart_mm - found.at(way)?).abs() * weight.sqrt())
             };

@@ -55,14 +55,29 @@ impl Sectors {
                 let by = other as f64 - node as f64;
                 about.add_moved(sums, 1.0 - (by + 0.5).abs() / REACH as f64, by);
             }
-            if about.count < SAMPLES_LEAST {
+            let (weight, height_mm) = about.at_node();
+            if weight < SAMPLES_LEAST {
                 return UNKNOWN;
             }
-            let height_mm = about.at_node();
-            Mean { weight: about.count, height_mm, calm_mm: height_mm }
+            Mean { weight, height_mm, calm_mm: height_mm }
         };
-        let means = sums.iter().map(|sums| (0..nodes).map(|node| mean(sums, node)).collect());
-        Sectors { means: means.collect() }
+        let of_sector = |sums: &Vec<Sums>| (0..nodes).map(|node| mean(sums, node)).collect();
+        let mut means: Vec<Vec<Mean>> = sums.iter().map(of_sector).collect();
+        // Where a sector ends its mean is as uncertain as the line through its last samples.
+        for node in 0..nodes {
+            let fullest = means.iter().map(|sector| sector[node].weight).fold(0.0, f64::max);
+            for sector in &mut means {
+                if sector[node].weight < WEIGHT_LEAST * fullest {
+                    sector[node] = UNKNOWN;
+                }
+            }
+        }
+        Sectors { means }
+    }
+
+    /// Direction of the middle of a sector from the axis, in radians.
+    pub(super) fn middle_of(sector: usize) -> f64 {
+        ((sector as f64 + 0.5) / SECTORS as f64 - 0.5) * std::f64::consts::TAU
     }
 
     /// What a quadratic leaves along the diameter through each sector, over `wide` nodes to either side. Nodes before `first`
@@ -224,13 +239,15 @@ impl Sums {
         self.product += weight * (of.product + by * of.height);
     }
 
-    /// Height at the node of a line through the samples, or their mean where they lie at one radius.
-    fn at_node(&self) -> f64 {
+    /// Height at the node of a line through the samples, or their mean where they lie at one radius, and as many samples
+    /// as would tell a mean as well: fewer where they lie to one side of the node.
+    fn at_node(&self) -> (f64, f64) {
         let spread = self.count * self.square - self.radius * self.radius;
         if spread > FLAT * self.count * self.count {
-            (self.square * self.height - self.radius * self.product) / spread
+            let height = (self.square * self.height - self.radius * self.product) / spread;
+            (spread / self.square, height)
         } else {
-            self.height / self.count
+            (self.count, self.height / self.count)
         }
     }
 }
@@ -270,6 +287,8 @@ impl<const N: usize> Polynomial<N> {
 const REACH: usize = 3;
 /// Fewest samples of a mean, by weight.
 const SAMPLES_LEAST: f64 = 0.5;
+/// Least weight of a mean, over the largest of the sectors at its node.
+const WEIGHT_LEAST: f64 = 0.25;
 /// Variance of radii in squares of nodes below which samples lie at one radius.
 const FLAT: f64 = 0.05;
 /// Rounds in which quartics are fitted to calmer means.

@@ -170,3 +170,42 @@ fn what_a_profile_leaves_has_no_bend_where_corners_begin() {
         assert!(largest < 4e-6, "{at} {width} {largest}");
     }
 }
+
+/// Rings about a place up to two spacings off the axis, with a scratch across a sector.
+#[test]
+fn rings_about_another_place_are_found_there() {
+    for [x0, y0] in [[0.7, -0.4], [-1.2, 1.5], [2.0, 0.0]] {
+        let about = |x: f64, y: f64| 4e-5 * ring(x - x0, y - y0, 50.0, 6.0);
+        let scratch = |x: f64, y: f64| if (y - 30.0).abs() < 1.5 && x > 10.0 { -1e-4 } else { 0.0 };
+        let disc = Disc::new(80, 19, |x, y| low(x, y) + about(x, y) + scratch(x, y));
+        let profile = disc.profile().unwrap();
+        let [x, y] = profile.centre_mm;
+        assert!((x - x0).hypot(y - y0) < 0.1, "{x0} {y0}: {x} {y}");
+        for [u, v] in [[1.0, 0.0], [0.0, 1.0], [-0.6, -0.8]] {
+            let [crest, beside] =
+                [50.0, 40.0].map(|radius| profile.height_mm([x0 + radius * u, y0 + radius * v]));
+            let height = crest - beside;
+            assert!((height - 4e-5).abs() < 3e-6, "{x0} {y0} {u} {v}: {height}");
+        }
+    }
+}
+
+/// Where sectors end, their last means lie to one side of their samples: these tell a line there ill.
+#[test]
+fn ends_of_sectors_make_no_spikes() {
+    for seed in [21, 22, 23] {
+        let mut square = Disc::new(78, seed, |x, y| 4e-5 * ring(x, y, 35.0, 12.0));
+        for (deviation, &[x, y]) in square.deviations_mm.iter_mut().zip(&square.places_mm) {
+            if x.abs().max(y.abs()) > 55.0 {
+                *deviation = f64::NAN;
+            }
+        }
+        let profile = square.profile().unwrap();
+        let jump = |node: usize| {
+            let [before, at, after] = [node - 2, node, node + 2].map(|of| profile.heights_mm[of]);
+            (at - 0.5 * (before + after)).abs()
+        };
+        let largest = (100..148).map(jump).fold(0.0, f64::max);
+        assert!(largest < SIGMA_MM, "{seed} {largest}");
+    }
+}
