@@ -27,8 +27,8 @@
 //! border is alike along it and moves narrower windows, these take over, up to 60 spacings inwards: pits and grooves wider than a
 //! third of them are then seen less well, and what is wide and runs along the border may be lost. A groove or ridge that is
 //! longer than 36 spacings, and so wide and smooth that a quartic over fifteen spacings follows it, is form; one without ends if a
-//! quartic over seven spacings does. So is a groove or ridge all round the axis, however narrow, and within 13 spacings of
-//! the axis what is no higher than such rings about it. A step that rises over more than some twenty spacings is form.
+//! quartic over seven spacings does. So is a groove or ridge all round the axis, or round a place within five spacings of it,
+//! however narrow, and within 13 spacings of the axis what is no higher than such rings about it. A step that rises over more than some twenty spacings is form.
 //! Defects nearer to each other than two spacings are one. A step that is hardly above the noise of its cells may be
 //! found in several pieces.
 

@@ -12,13 +12,18 @@
 //!    quartic leaves of the means.
 //! 4. The profile has the rings of the middle only if these are no higher than the ones around. Else they may be a defect.
 //! 5. Where only some sectors go on, in corners, the profile goes on by these (`ring_profile/corners.rs`).
-//! 6. A second round over the remainder gives back what the means flattened (J. W. Tukey's twicing).
+//! 6. The rings may lie about a place beside the axis, and swell round it (`ring_profile/uneven.rs`): the profile is found
+//!    anew about that place, without the swelling, until neither changes.
+//! 7. In each, a second round over the remainder gives back what the means flattened (J. W. Tukey's twicing).
 
-mod centre;
 mod corners;
+mod quartic;
 mod sectors;
+mod uneven;
 
+use self::quartic::Quartic;
 use self::sectors::{Mean, Polar, SECTORS, Sectors};
+use self::uneven::{Change, Uneven, WAVES};
 use super::DeviatingSurface;
 use super::tail;
 
@@ -27,58 +32,69 @@ pub(super) struct RingProfile {
     /// The middle of the rings from the axis.
     centre_mm: [f64; 2],
     step_mm: f64,
-    /// By nodes outwards from the axis, in mm.
+    /// By nodes outwards from the middle, in mm.
     heights_mm: Vec<f64>,
+    uneven: Uneven,
 }
 
 impl RingProfile {
     /// Finds the profile of a surface whose vertices have `places_mm` about the axis; `None` where no form is alike all
-    /// round. Takes some 30 ns a vertex, and as much again for each of up to four places its middle is looked for at.
+    /// round. Takes some 30 ns a vertex, and as much again for each of up to [`FITS`] better ones.
     pub(super) fn of(
         surface: &DeviatingSurface<'_>,
         places_mm: &[[f64; 2]],
     ) -> Option<RingProfile> {
-        let mut found = RingProfile::about([0.0; 2], surface, places_mm)?;
-        let mut last_mm = f64::INFINITY;
-        for _ in 0..PLACES {
-            let (profile, Some(by_mm)) = &found else { break };
-            let centre_mm = [0, 1].map(|axis| profile.centre_mm[axis] + by_mm[axis]);
-            let away_mm = by_mm[0].hypot(by_mm[1]);
-            let nearer = away_mm > NEAR * profile.step_mm && away_mm < last_mm;
-            if !nearer || centre_mm[0].hypot(centre_mm[1]) > FARTHEST * profile.step_mm {
+        let mut found = RingProfile::about([0.0; 2], Uneven::default(), surface, places_mm)?;
+        let mut last = f64::INFINITY;
+        for _ in 0..FITS {
+            let (RingProfile { centre_mm, step_mm, uneven, .. }, Some(change)) = &found else {
+                break;
+            };
+            let [away, swell] = change.sizes();
+            let size = (away / NEAR).max(swell / EVEN);
+            let centre_mm = [0, 1].map(|axis| centre_mm[axis] + change.centre[axis] * step_mm);
+            let far = centre_mm[0].hypot(centre_mm[1]) > FARTHEST * step_mm;
+            if far || size < 1.0 || size >= last {
                 break;
             }
-            last_mm = away_mm;
-            let Some(better) = RingProfile::about(centre_mm, surface, places_mm) else { break };
+            last = size;
+            let by = if swell < EVEN { [0.0; WAVES] } else { change.terms };
+            let terms = std::array::from_fn(|term| uneven.terms[term] + by[term]);
+            let uneven = Uneven { rings_mm: change.rings_mm.clone(), terms };
+            let Some(better) = RingProfile::about(centre_mm, uneven, surface, places_mm) else {
+                break;
+            };
             found = better;
         }
         Some(found.0)
     }
 
-    /// The same about a place, and how much farther off the middle of the rings seems to lie.
+    /// The same about a place, with rings that change round, and how much more they do.
     fn about(
         centre_mm: [f64; 2],
+        uneven: Uneven,
         surface: &DeviatingSurface<'_>,
         places_mm: &[[f64; 2]],
-    ) -> Option<(RingProfile, Option<[f64; 2]>)> {
+    ) -> Option<(RingProfile, Option<Change>)> {
         let step_mm = surface.spacing_mm / NODES_PER_SPACING;
-        let from = |[x, y]: [f64; 2]| [x - centre_mm[0], y - centre_mm[1]];
-        let polar: Vec<Polar> = places_mm
-            .iter()
-            .zip(surface.deviations_mm)
-            .filter(|(_, deviation_mm)| deviation_mm.is_finite())
-            .map(|(&place_mm, &deviation_mm)| Polar::new(from(place_mm), deviation_mm, step_mm))
-            .collect();
+        let mut profile = RingProfile { centre_mm, step_mm, heights_mm: Vec::new(), uneven };
+        let polar = |(&place_mm, &deviation_mm): (&[f64; 2], &f64)| {
+            let place = profile.place(place_mm);
+            Polar::new(place, deviation_mm - profile.uneven.height_mm(place))
+        };
+        let pairs = places_mm.iter().zip(surface.deviations_mm);
+        let polar: Vec<Polar> =
+            pairs.filter(|(_, deviation_mm)| deviation_mm.is_finite()).map(polar).collect();
         let farthest = polar.iter().map(|of| of.radius).fold(0.0, f64::max);
         // Written so that NaN fails.
         if !(farthest >= NODES_LEAST as f64 && farthest <= polar.len() as f64) {
             return None;
         }
         let nodes = farthest as usize + 1;
-        let sectors = Sectors::new(&polar, nodes, |_| 0.0);
-        let rings = Alike::of(&sectors.flat().without_wide(WIDE, 0))?;
+        let flat = Sectors::new(&polar, nodes, |_| 0.0).flat();
+        let rings = Alike::of(&flat.without_wide(WIDE, 0))?;
         let middle_is_higher = rings.middle_is_higher(&rings.standing_out()?);
-        let found = |flat: &Sectors| {
+        let alike_mm = |flat: &Sectors| {
             let Alike { mut heights_mm, last, .. } = Alike::of(&flat.means)?;
             corners::go_on(&mut heights_mm, last, &flat.means);
             if middle_is_higher {
@@ -87,20 +103,36 @@ impl RingProfile {
             }
             Some(heights_mm)
         };
-        let mut profile = RingProfile { centre_mm, step_mm, heights_mm: found(&sectors.flat())? };
+        profile.heights_mm = alike_mm(&flat)?;
         let left = Sectors::new(&polar, nodes, |radius| profile.at(radius)).flat();
-        let more_mm = found(&left)?;
-        let off = centre::off_centre(&profile.heights_mm, &left, MIDDLE);
+        let more_mm = alike_mm(&left)?;
+        let rings_mm = profile.rings_mm(&flat);
+        let change = Uneven::change(&profile.heights_mm, rings_mm, &left, MIDDLE);
         profile.heights_mm.iter_mut().zip(more_mm).for_each(|(mm, more_mm)| *mm += more_mm);
-        Some((profile, off.map(|off| off.map(|nodes| nodes * step_mm))))
+        Some((profile, change))
+    }
+
+    /// The rings of the profile: without its quartic, and without the middle, where nothing says on which side they are higher.
+    fn rings_mm(&self, flat: &Sectors) -> Vec<f64> {
+        let quartic = Quartic::of(&self.heights_mm, self.heights_mm.len(), &flat.means);
+        let ring = |(node, height_mm): (usize, &f64)| {
+            outside(node) * (height_mm - quartic.at(node).unwrap_or(*height_mm))
+        };
+        self.heights_mm.iter().enumerate().map(ring).collect()
     }
 
     /// Height in mm at a place about the axis.
-    pub(super) fn height_mm(&self, [x, y]: [f64; 2]) -> f64 {
-        self.at((x - self.centre_mm[0]).hypot(y - self.centre_mm[1]) / self.step_mm)
+    pub(super) fn height_mm(&self, place_mm: [f64; 2]) -> f64 {
+        let place = self.place(place_mm);
+        self.at(place[0].hypot(place[1])) + self.uneven.height_mm(place)
     }
 
-    /// The same at a distance from the axis in nodes.
+    /// A place about the axis from the middle of the rings, in nodes.
+    fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [(x - self.centre_mm[0]) / self.step_mm, (y - self.centre_mm[1]) / self.step_mm]
+    }
+
+    /// The same at a distance from the middle in nodes.
     fn at(&self, radius: f64) -> f64 {
         let below = (radius as usize).min(self.heights_mm.len() - 2);
         let [low, high] = [below, below + 1].map(|node| self.heights_mm[node]);
@@ -180,8 +212,7 @@ impl Alike {
     /// Takes the rings out of a profile in the middle, and a share of them next to it.
     fn fade(&self, profile_mm: &mut [f64]) {
         for (node, (mm, ring_mm)) in profile_mm.iter_mut().zip(&self.heights_mm).enumerate() {
-            let way = (node.saturating_sub(MIDDLE) as f64 / TAPER).min(1.0);
-            *mm -= (1.0 - way * way * (3.0 - 2.0 * way)) * ring_mm;
+            *mm -= (1.0 - outside(node)) * ring_mm;
         }
     }
 }
@@ -190,6 +221,12 @@ impl Alike {
 fn usual(counts: &[usize]) -> Option<usize> {
     let nodes = |usual: &usize| counts.iter().filter(|&count| count == usual).count();
     (SECTORS_LEAST..=SECTORS).max_by_key(nodes).filter(|usual| nodes(usual) > 0)
+}
+
+/// Share of the rings at a node that are outside the middle.
+fn outside(node: usize) -> f64 {
+    let way = (node.saturating_sub(MIDDLE) as f64 / TAPER).min(1.0);
+    way * way * (3.0 - 2.0 * way)
 }
 
 /// Mean of the middle third of what is sorted; not of nothing.
@@ -211,10 +248,12 @@ fn level(heights_mm: &mut [f64], weights: &mut [f64]) {
     }
 }
 
-/// Places beside the axis at which the middle of the rings is looked for.
-const PLACES: usize = 4;
-/// Nodes by which that place is known well enough.
+/// Fits of the middle of the rings and of how they change round.
+const FITS: usize = 5;
+/// Nodes by which the middle is known well enough.
 const NEAR: f64 = 0.05;
+/// Share of the rings' height by which the change round is.
+const EVEN: f64 = 0.03;
 /// Nodes from the axis within which it lies.
 const FARTHEST: f64 = 10.0;
 /// Nodes along a spacing.

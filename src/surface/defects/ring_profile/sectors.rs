@@ -16,11 +16,11 @@ pub(super) struct Polar {
 }
 
 impl Polar {
-    /// `step_mm` is the distance of two nodes.
-    pub(super) fn new([x, y]: [f64; 2], height_mm: f64, step_mm: f64) -> Polar {
+    /// A sample at a place in nodes.
+    pub(super) fn new([x, y]: [f64; 2], height_mm: f64) -> Polar {
         let turn = y.atan2(x) / std::f64::consts::TAU + 0.5;
         let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
-        Polar { radius: x.hypot(y) / step_mm, sector, height_mm }
+        Polar { radius: x.hypot(y), sector, height_mm }
     }
 }
 

@@ -209,3 +209,30 @@ fn ends_of_sectors_make_no_spikes() {
         assert!(largest < SIGMA_MM, "{seed} {largest}");
     }
 }
+
+/// Rings that are higher on one side, or on two, with a scratch through them.
+#[test]
+fn rings_that_change_round_are_found_with_their_change() {
+    for terms in [[0.3, 0.0, 0.0, 0.0, 0.0], [0.0, -0.1, 0.4, 0.2, 0.0], [0.0, 0.0, 0.0, 0.0, 0.3]]
+    {
+        let height = |x: f64, y: f64| {
+            let [u, v] = [x, y].map(|of| of / x.hypot(y).max(1e-9));
+            let waves = [u, v, u * u - v * v, 2.0 * u * v, 4.0 * u * u * u - 3.0 * u];
+            4e-5 * (1.0 + waves.iter().zip(terms).map(|(p, q)| p * q).sum::<f64>())
+        };
+        let scratch = |x: f64, y: f64| if (y - 30.0).abs() < 1.5 && x > 10.0 { -1e-4 } else { 0.0 };
+        let rings = |x: f64, y: f64| height(x, y) * ring(x, y, 50.0, 6.0);
+        let profile = Disc::new(80, 23, |x, y| low(x, y) + rings(x, y) + scratch(x, y));
+        let profile = profile.profile().unwrap();
+        for (one, other) in profile.uneven.terms.iter().zip(terms) {
+            assert!((one - other).abs() < 0.05, "{terms:?}: {:?}", profile.uneven.terms);
+        }
+        for [u, v] in [[1.0, 0.0], [0.0, 1.0], [-0.6, -0.8], [0.8, -0.6]] {
+            let [crest, beside] =
+                [50.0, 40.0].map(|radius| profile.height_mm([radius * u, radius * v]));
+            let off = crest - beside - height(u, v);
+            assert!(off.abs() < 4e-6, "{terms:?} {u} {v}: {off}");
+        }
+        assert!(profile.height_mm(profile.centre_mm).is_finite());
+    }
+}
