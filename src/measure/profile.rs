@@ -21,6 +21,7 @@ use asphera_report::{
     FormFigures, MeshFigures, Points, ProfileFigures, Report, SamplingFigures, Verdict,
 };
 use asphera_surface::Plane;
+use asphera_surface::noise::{HeightSteps, step_sigma_mm};
 use formed::{Formed, contributions};
 use laid::{in_plane, laid};
 use limits::{hold_others, is_of_deviation};
@@ -39,7 +40,7 @@ use super::judgement::{Plain, judge, plainly, undecide};
 use super::measurement::{Measurement, deviation, report};
 use super::naming::{self, ProfileSlope};
 use super::projection::{Projector, measured};
-use super::sampling::Remembered;
+use super::sampling::{HIDDEN, Remembered, in_steps};
 use super::systematic::Systematic;
 use super::uncertainties::{self, Assessed, assess};
 use super::unmeasured::Unmeasured;
@@ -92,8 +93,11 @@ pub(super) fn measure(taken: Taken, mut part: Part, projector: &Projector) -> Me
     };
     count(&mut points, fit);
     let stations = stations(mesh.points(), &deviations_mm, &line, fit, &slopes);
-    let (sampling, coverage) = sampled(&mesh, &part, &line, fit, &stations);
+    let (mut sampling, coverage) = sampled(&mesh, &part, &line, fit, &stations);
     let mut profile = profile_figures(&stations, &line, fit, &slopes, coverage);
+    if profile.noise_sigma_nm.is_some() {
+        count_steps(mesh.points(), &line, &stations, &mut profile, &mut sampling);
+    }
     let held = part.free.iter().filter(|free| !own.free.contains(free));
     profile.held = held.map(|free| free.name(&part.nominal)).collect();
     let unmeasured = Unmeasured::along_line(
@@ -110,8 +114,10 @@ pub(super) fn measure(taken: Taken, mut part: Part, projector: &Projector) -> Me
     let judged = Part { judging: own_limits, ..part.clone() };
     // Effects of a machine and covariances are those of the frame of projection.
     let laid_as_is = fitted.as_ref().ok().filter(|_| !profile.turned);
-    let assessed =
-        laid_as_is.and_then(|fitted| assess(&judged, mesh.points(), fitted, &plane, None, None));
+    let assessed = laid_as_is.and_then(|fitted| {
+        let step_nm = sampling.height_step_nm;
+        assess(&judged, mesh.points(), fitted, &plane, None, step_nm)
+    });
     let by_budget = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
     let systematic = contributions(
         &systematic,
@@ -292,6 +298,31 @@ fn profile_figures(
             false => "differences of neighbouring deviations over their distance, counted by that"
                 .to_owned(),
         },
+    }
+}
+
+/// Takes the noise of heights that come in steps for that of their rounding, and says what they hide.
+fn count_steps(
+    points: &[PointMm],
+    line: &Line,
+    stations: &[Station],
+    profile: &mut ProfileFigures,
+    sampling: &mut SamplingFigures,
+) {
+    match along::steps(points, |point| line.along_mm([point[0], point[1]])) {
+        HeightSteps::Fine => {}
+        HeightSteps::Of { step_mm } => {
+            let noise_nm = profile.noise_sigma_nm.unwrap_or(0.0).max(1e6 * step_sigma_mm(step_mm));
+            let slope = along::slope_of_noise(stations, 1e-6 * noise_nm);
+            profile.noise_sigma_nm = Some(noise_nm);
+            profile.slope_noise_urad = slope.map(|slope| 1e6 * slope);
+            sampling.height_step_nm = Some(1e6 * step_mm);
+            sampling.unknown.push(in_steps(step_mm));
+        }
+        HeightSteps::Hidden => {
+            (profile.noise_sigma_nm, profile.slope_noise_urad) = (None, None);
+            sampling.unknown.push(format!("the noise is not known: {HIDDEN}"));
+        }
     }
 }
 

@@ -1,6 +1,8 @@
 //! What is formed along a profile: its sampling, the slopes of its deviation, and how that bends.
 
 use asphera_figures::SlopeSettings;
+use asphera_geometry::{PointMm, VertexId};
+use asphera_surface::noise::{HeightSteps, height_steps};
 
 /// One point of a profile, in the order of `s_mm`.
 #[derive(Clone, Copy, Debug)]
@@ -127,6 +129,15 @@ pub(super) fn noise_mm(stations: &[Station]) -> Option<f64> {
     }
     let middle = sizes.len() / 2;
     Some(OF_MEDIAN * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// How the heights of points come, of which `s_mm` is the place along the line.
+pub(super) fn steps(points: &[PointMm], s_mm: impl Fn(&PointMm) -> f64) -> HeightSteps {
+    let mut order: Vec<VertexId> = (0..points.len() as VertexId).collect();
+    let at = |vertex: VertexId| s_mm(&points[vertex as usize]);
+    order.sort_by(|&one, &other| at(one).total_cmp(&at(other)));
+    let edges: Vec<[VertexId; 2]> = order.windows(2).map(|pair| [pair[0], pair[1]]).collect();
+    height_steps(points, &edges)
 }
 
 /// RMS that noise of a standard deviation in mm gives the slopes of [`slopes`] between neighbours.

@@ -102,3 +102,29 @@ fn a_freeform_has_profiles_along_its_axes_only() {
         oblique.verdict
     );
 }
+
+/// A line of readings that come in steps: neighbours share their errors, so their slopes tell little.
+#[test]
+fn heights_in_steps_have_the_noise_of_their_rounding() {
+    let text = "[surface]\nkind = \"plane\"\n[fit]\nfree = [\"tz\"]\n";
+    let of = |height_mm: fn(f64) -> f64| {
+        let mut pipeline = Pipeline::new(parse("p.toml", text).unwrap());
+        pipeline.take_positions((0..2000).map(|step| {
+            let x_mm = 0.001 * f64::from(step);
+            [x_mm, 0.0, height_mm(x_mm)]
+        }));
+        let report = pipeline.finish().report;
+        let profile = report.profile.unwrap();
+        (profile.noise_sigma_nm, profile.slope_noise_urad, report.sampling.unknown.join("; "))
+    };
+    // 100 nm over √12, twice in a step of 1 µm.
+    let (noise_nm, slope_urad, said) = of(|x_mm| 1e-4 * (3.0 * (3.0 * x_mm).sin()).round());
+    assert!((noise_nm.unwrap() - 28.87).abs() < 0.01, "{noise_nm:?}");
+    assert!((slope_urad.unwrap() - 2.0_f64.sqrt() * 28_867.5).abs() < 10.0, "{slope_urad:?}");
+    assert!(said.contains("the heights come in steps of 100"), "{said}");
+    let (noise_nm, slope_urad, said) = of(|_| 0.25);
+    assert_eq!([noise_nm, slope_urad], [None; 2]);
+    assert!(said.contains("most neighbours have the very same height"), "{said}");
+    let (noise_nm, _, said) = of(|x_mm| 1e-4 * (3.0 * x_mm).sin());
+    assert!(noise_nm.unwrap() < 1e-3 && !said.contains("steps"), "{noise_nm:?} {said}");
+}

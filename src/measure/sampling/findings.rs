@@ -157,7 +157,7 @@ impl Look<'_> {
 }
 
 /// What heights in steps do not tell.
-fn in_steps(step_mm: f64) -> String {
+pub(crate) fn in_steps(step_mm: f64) -> String {
     let step = short(1e6 * step_mm);
     format!(
         "form below {step} nm is not known: the heights come in steps of {step} nm, and neighbours share their errors"

@@ -27,11 +27,12 @@ use asphera_surface::Plane;
 
 pub(crate) use self::current::Current;
 pub use self::design_spacing::{DesignSpacing, design_spacing};
-pub(crate) use self::findings::Findings;
 use self::findings::Look;
+pub(crate) use self::findings::{Findings, in_steps};
 pub use self::lfs::Remembered;
 pub use self::measured::Readings;
 pub use self::next::{MOST_PLACES, Next};
+pub(crate) use self::noise::HIDDEN;
 use self::places::Lifted;
 use self::scale::Scale;
 pub use self::wanted::Wanted;

@@ -11,12 +11,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use asphera_geometry::{BoundsMm, PointMm, VertexId, from_smallest, place};
 use asphera_mesh::Mesh;
 use asphera_surface::curvature::Adjacency;
-use asphera_surface::noise::{Along, NoiseEstimate, NoiseSettings, estimate_noise, height_step_mm};
+use asphera_surface::noise::{
+    Along, HeightSteps, NoiseEstimate, NoiseSettings, edges_of, estimate_noise, height_steps,
+};
 use rayon::prelude::*;
 
 /// The noise of the part of a mesh that counts, along z of its frame. `reach_mm` is the length from which an
 /// edge bridges a gap. `known_mm` is what is known of the height at a place: form that bends more than a cubic over two
-/// rings would count as noise. Heights in steps have no noise below that of rounding ([`height_step_mm`]).
+/// rings would count as noise. Heights in steps have no noise below that of rounding ([`height_steps`]).
 ///
 /// # Errors
 ///
@@ -50,7 +52,11 @@ pub(super) fn noise(
         .collect();
     triangles.sort_unstable();
     let measured: Vec<PointMm> = vertices.iter().map(|&vertex| points[vertex as usize]).collect();
-    let step_mm = height_step_mm(&measured, &triangles);
+    let step_mm = match height_steps(&measured, &edges_of(&triangles)) {
+        HeightSteps::Fine => None,
+        HeightSteps::Of { step_mm } => Some(step_mm),
+        HeightSteps::Hidden => return Err(HIDDEN.to_owned()),
+    };
     let lowered = |&vertex: &VertexId| {
         let [x, y, z] = points[vertex as usize];
         [x, y, z - known_mm([x, y])]
@@ -64,6 +70,10 @@ pub(super) fn noise(
         estimate_noise(&points, &adjacency, &settings).map_err(|error| error.to_string())?;
     Ok(step_mm.map_or(found, |step_mm| found.with_step(step_mm)))
 }
+
+/// What hides the noise of heights that come in steps of unknown size.
+pub(crate) const HIDDEN: &str =
+    "most neighbours have the very same height, as of readings in steps of unknown size";
 
 /// The vertices nearest to the middles of the squares of a lattice over the points, one a square that has any.
 fn seeds(points: &[PointMm]) -> Vec<VertexId> {

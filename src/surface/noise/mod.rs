@@ -23,7 +23,7 @@ pub use self::estimate::{
 pub use self::facet::facet_tilt_rad;
 pub(crate) use self::spacing::truest_mm;
 pub use self::spacing::{Advice, Spacing, SpacingCriteria, SpacingCriteriaError, assess_spacing};
-pub use self::steps::{height_step_mm, step_sigma_mm};
+pub use self::steps::{HeightSteps, edges_of, height_steps, step_sigma_mm};
 
 /// Along which direction the measured points deviate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -13,15 +13,43 @@ pub fn step_sigma_mm(step_mm: f64) -> f64 {
     step_mm / 12_f64.sqrt()
 }
 
-/// Step in which the heights of a mesh come, mm; `None` where neighbours differ by more than one step, or heights by none in common.
+/// How heights come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum HeightSteps {
+    /// Neighbours differ, by noise or by form.
+    Fine,
+    /// Most neighbours differ by one step or not at all.
+    Of {
+        /// The step in mm.
+        step_mm: f64,
+    },
+    /// Most neighbours have the very same height, as of steps, but how large these are is not known: the noise and the form
+    /// below them are hidden.
+    Hidden,
+}
+
+/// How the heights of a mesh come. Each of the `edges` joins two neighbours.
 ///
-/// Surfaces of few points, of which nothing can be said, have none either. Nor have heights that are all the same number: their
-/// step is not known.
-pub fn height_step_mm(points: &[PointMm], triangles: &[[VertexId; 3]]) -> Option<f64> {
-    let mut heights: Vec<f64> = points.iter().map(|point| point[2]).collect();
-    if heights.len() < POINTS_MIN || !heights.iter().all(|height| height.is_finite()) {
-        return None;
+/// Surfaces of few points, of which nothing can be said, count as fine.
+pub fn height_steps(points: &[PointMm], edges: &[[VertexId; 2]]) -> HeightSteps {
+    if points.len() < POINTS_MIN || !points.iter().all(|point| point[2].is_finite()) {
+        return HeightSteps::Fine;
     }
+    match step_mm(points) {
+        Some(step_mm) if neighbours_share(points, edges, step_mm) => HeightSteps::Of { step_mm },
+        None if neighbours_share(points, edges, 0.0) => HeightSteps::Hidden,
+        _ => HeightSteps::Fine,
+    }
+}
+
+/// The edges of triangles; those within come twice.
+pub fn edges_of(triangles: &[[VertexId; 3]]) -> Vec<[VertexId; 2]> {
+    triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect()
+}
+
+/// Step that all heights are a multiple of, mm; `None` where heights have none in common.
+fn step_mm(points: &[PointMm]) -> Option<f64> {
+    let mut heights: Vec<f64> = points.iter().map(|point| point[2]).collect();
     heights.sort_unstable_by(f64::total_cmp);
     let [low, high] = [heights[0], heights[heights.len() - 1]];
     // Sums of a scale and an offset are rounded to this.
@@ -47,20 +75,14 @@ pub fn height_step_mm(points: &[PointMm], triangles: &[[VertexId; 3]]) -> Option
     let common = (heights.len() / COMMON).max(1);
     let crowded = levels.iter().filter(|(_, count)| *count >= common).count();
     let is_stepped = gaps.into_iter().all(is_multiple) && (levels.len() >= LEVELS || crowded >= 2);
-    (is_stepped && neighbours_share(points, triangles, step)).then_some(step)
+    is_stepped.then_some(step)
 }
 
 /// Whether most edges climb no more than one step.
-fn neighbours_share(points: &[PointMm], triangles: &[[VertexId; 3]], step: f64) -> bool {
+fn neighbours_share(points: &[PointMm], edges: &[[VertexId; 2]], step: f64) -> bool {
     let height = |vertex: VertexId| points[vertex as usize][2];
-    let (mut near, mut all) = (0_usize, 0_usize);
-    for &[a, b, c] in triangles {
-        for (one, other) in [(a, b), (b, c), (c, a)] {
-            all += 1;
-            near += usize::from((height(one) - height(other)).abs() <= 1.5 * step);
-        }
-    }
-    2 * near > all
+    let near = |&&[one, other]: &&[VertexId; 2]| (height(one) - height(other)).abs() <= 1.5 * step;
+    2 * edges.iter().filter(near).count() > edges.len()
 }
 
 /// Fewer heights may be alike by chance.
@@ -90,9 +112,9 @@ mod tests {
         (points.collect(), squares.flat_map(square).collect())
     }
 
-    fn steps(height_mm: impl Fn(f64, f64) -> f64) -> Option<f64> {
+    fn steps(height_mm: impl Fn(f64, f64) -> f64) -> HeightSteps {
         let (points, triangles) = raster(height_mm);
-        height_step_mm(&points, &triangles)
+        height_steps(&points, &edges_of(&triangles))
     }
 
     fn rounded(height_mm: f64, step_mm: f64) -> f64 {
@@ -104,29 +126,36 @@ mod tests {
         for step_mm in [6.1e-4, 1e-5] {
             let dome =
                 |x: f64, y: f64| rounded(3e-4 * step_mm / 1e-4 * (x * x + 0.3 * y * y), step_mm);
-            let Some(found_mm) = steps(dome) else { panic!("{step_mm}") };
+            let HeightSteps::Of { step_mm: found_mm } = steps(dome) else { panic!("{step_mm}") };
             assert!((found_mm - step_mm).abs() < 1e-9 * step_mm, "{found_mm}");
         }
-        assert_eq!(steps(|_, _| 1.25), None, "it may be any");
         let two = steps(|x, _| if x < 1.0 { 0.0 } else { 6e-4 });
-        assert_eq!(two, Some(6e-4));
+        assert_eq!(two, HeightSteps::Of { step_mm: 6e-4 });
         let sigma_mm = step_sigma_mm(12.0);
         assert!((sigma_mm * sigma_mm - 12.0).abs() < 1e-12);
+    }
+
+    /// They may come in any step, and that hides noise and form below it.
+    #[test]
+    fn heights_of_one_number_hide_their_step() {
+        assert_eq!(steps(|_, _| 1.25), HeightSteps::Hidden);
+        // One level more, and nobody knows whether it is a step or a defect.
+        assert_eq!(steps(|x, y| if x + y > 7.7 { 1e-4 } else { 0.0 }), HeightSteps::Hidden);
     }
 
     #[test]
     fn heights_of_other_surfaces_have_none() {
         // Neighbours climb many steps: their errors differ, and the usual estimate sees them.
-        assert_eq!(steps(|x, y| rounded(0.1 * x + 0.07 * y, 1e-5)), None);
+        assert_eq!(steps(|x, y| rounded(0.1 * x + 0.07 * y, 1e-5)), HeightSteps::Fine);
         // Noise above the step blurs it.
         let noise = asphera_geometry::Numbers::new(1, 0, 0);
         let noisy = |x: f64, y: f64| 2e-3 * noise.normal((400.0 * y + 10.0 * x).round() as usize);
-        assert_eq!(steps(|x, y| rounded(noisy(x, y), 1e-4)), None);
-        assert_eq!(steps(|x, y| 1e-3 * (x * x + y * y).sqrt()), None);
+        assert_eq!(steps(|x, y| rounded(noisy(x, y), 1e-4)), HeightSteps::Fine);
+        assert_eq!(steps(|x, y| 1e-3 * (x * x + y * y).sqrt()), HeightSteps::Fine);
         // A pit of exact depth is a pit.
         let pit = |x: f64, y: f64| if (x - 2.0).hypot(y - 2.0) < 0.25 { -1e-3 } else { 0.0 };
-        assert_eq!(steps(pit), None);
+        assert_eq!(steps(pit), HeightSteps::Hidden);
         let (points, triangles) = raster(|_, _| 0.0);
-        assert_eq!(height_step_mm(&points[..50], &triangles[..4]), None);
+        assert_eq!(height_steps(&points[..50], &edges_of(&triangles[..4])), HeightSteps::Fine);
     }
 }
