@@ -1,10 +1,10 @@
 //! The neighbours of each place, both ways.
 
 use asphera_geometry::Sets;
+use rayon::prelude::*;
 
 use crate::cloud::{Cloud, PlaceId};
 use crate::nearest::Nearest;
-use crate::tree::squared_distance;
 
 /// Places and their neighbours: q is one of p if either is among the nearest of the other.
 pub(super) struct Rings {
@@ -19,12 +19,20 @@ pub(super) struct Rings {
 impl Rings {
     pub(super) fn new<const D: usize>(cloud: &Cloud<D>, nearest: &Nearest) -> Rings {
         let count = cloud.len() as u32;
-        let is_mutual = |p: PlaceId, q: PlaceId| nearest.neighbours(q).contains(&p);
-        let mut degrees = vec![nearest.k() as u32; count as usize];
-        for place in 0..count {
-            for &other in
-                nearest.neighbours(place).iter().filter(|&&other| !is_mutual(place, other))
-            {
+        let (k, places) = (nearest.k(), 0..count);
+        let of_place = |place: PlaceId| {
+            let neighbours = nearest.neighbours(place).iter();
+            neighbours.map(move |&other| nearest.neighbours(other).contains(&place))
+        };
+        let is_mutual: Vec<bool> = places.clone().into_par_iter().flat_map_iter(of_place).collect();
+        // The neighbours of a place with their distances, and whether each is mutual.
+        let neighbours = |place: PlaceId| {
+            let others = nearest.neighbours(place).iter().zip(nearest.distances_mm(place));
+            others.zip(&is_mutual[place as usize * k..])
+        };
+        let mut degrees = vec![k as u32; count as usize];
+        for place in places.clone() {
+            for ((&other, _), _) in neighbours(place).filter(|(_, is_mutual)| !**is_mutual) {
                 degrees[other as usize] += 1;
             }
         }
@@ -37,25 +45,23 @@ impl Rings {
         let mut sets = Sets::new(count as usize);
         let mut next = starts.clone();
         let mut ids = vec![0; end as usize];
-        let mut add = |place: PlaceId, other: PlaceId| {
-            ids[next[place as usize] as usize] = other;
-            next[place as usize] += 1;
+        let mut lengths_mm = vec![0.0; end as usize];
+        let mut add = |place: PlaceId, other: PlaceId, mm: f64| {
+            let at = &mut next[place as usize];
+            (ids[*at as usize], lengths_mm[*at as usize]) = (other, mm);
+            *at += 1;
         };
-        for place in 0..count {
-            for &other in nearest.neighbours(place) {
-                add(place, other);
-                if !is_mutual(place, other) {
-                    add(other, place);
+        for place in places {
+            for ((&other, &mm), &is_mutual) in neighbours(place) {
+                add(place, other, mm);
+                if !is_mutual {
+                    add(other, place, mm);
                 }
-                sets.join(place as usize, other as usize);
+                // Mutual neighbours are joined once.
+                if !is_mutual || place < other {
+                    sets.join(place as usize, other as usize);
+                }
             }
-        }
-        let places = cloud.places();
-        let mut lengths_mm = Vec::with_capacity(ids.len());
-        for (at, place) in places.iter().enumerate() {
-            let own = &ids[starts[at] as usize..starts[at + 1] as usize];
-            let length = |&other: &PlaceId| squared_distance(place, &places[other as usize]).sqrt();
-            lengths_mm.extend(own.iter().map(length));
         }
         let (part_of, parts) = sets.numbered();
         Rings { starts, ids, lengths_mm, part_of, parts }
