@@ -1,7 +1,7 @@
 //! The k nearest places of every place, all at once.
 //!
 //! Places of a leaf share the walk through the tree: one search finds all leaves that can hold a neighbour of any of them. How far
-//! neighbours lie is bounded by those of places that are near (J. Sankaranarayanan, H. Samet, A. Varshney, Computers &
+//! neighbours lie is foreseen, and bounded, by those of places that are near (J. Sankaranarayanan, H. Samet, A. Varshney, Computers &
 //! Graphics 31 (2007) 157-174, doi:10.1016/j.cag.2006.11.011, do the same with blocks of an octree).
 
 use rayon::prelude::*;
@@ -222,6 +222,8 @@ impl Entry {
 struct Search<'a, const D: usize> {
     cloud: &'a Cloud<D>,
     k: usize,
+    /// The likely reach of a place over that of a place nearby.
+    likely: f64,
     reached: Vec<Node<D>>,
     open: Vec<u32>,
     near: Vec<Entry>,
@@ -235,7 +237,8 @@ struct Search<'a, const D: usize> {
 impl<'a, const D: usize> Search<'a, D> {
     fn new(cloud: &'a Cloud<D>, k: usize) -> Search<'a, D> {
         let (reached, open, near, known) = Default::default();
-        Search { cloud, k, reached, open, near, known, next: None }
+        let likely = 1.0 + LIKELY / (k as f64).sqrt();
+        Search { cloud, k, likely, reached, open, near, known, next: None }
     }
 
     /// Gives the `k` nearest of every place of some leaves: see [`Search::leaf`].
@@ -264,13 +267,16 @@ impl<'a, const D: usize> Search<'a, D> {
         let own_places = &places[own.first as usize..own.end as usize];
         let farthest = own_places.iter().map(|place| squared_distance(first, place));
         let wide_mm = farthest.fold(0.0, f64::max).sqrt();
-        self.reach(own, squared(self.bound_mm(first) + wide_mm));
         for (place, at) in (own.first..own.end).zip(own_places) {
-            let limit = squared(self.bound_mm(at));
             let mut count = 0;
-            for other in &self.reached {
-                if other.squared_distance(at) <= limit {
-                    count = scan(self.cloud, (place, other), limit, (&mut self.near, count));
+            for limit_mm in self.bounds_mm(at) {
+                if place == own.first {
+                    // Rounding may put a place within the limit that is a trifle beyond it.
+                    self.reach(own, squared(limit_mm + wide_mm) * (1.0 + 1e-9));
+                }
+                count = self.scan_reached(place, squared(limit_mm));
+                if count >= self.k {
+                    break;
                 }
             }
             let nearest = select(&mut self.near[..count], self.k);
@@ -284,11 +290,30 @@ impl<'a, const D: usize> Search<'a, D> {
         }
     }
 
-    /// A distance in mm within which a place has `k` neighbours. A known place has as many within its reach; both places are as far apart
-    /// as they are; so within the sum there are as many.
-    fn bound_mm(&self, at: &[f64; D]) -> f64 {
-        let bound = |(place, mm): &([f64; D], f64)| mm + squared_distance(at, place).sqrt();
-        self.known.iter().map(bound).fold(f64::INFINITY, f64::min)
+    /// A distance in mm within which a place most likely has `k` neighbours, and one within which it has them for certain.
+    ///
+    /// A known place has as many within its reach; both places are as far apart as they are; so within the sum there are as many.
+    fn bounds_mm(&self, at: &[f64; D]) -> [f64; 2] {
+        let (mut bound_mm, mut near_mm) = (f64::INFINITY, 0.0);
+        for (place, mm) in &self.known {
+            let sum_mm = mm + squared_distance(at, place).sqrt();
+            if sum_mm < bound_mm {
+                (bound_mm, near_mm) = (sum_mm, *mm);
+            }
+        }
+        [bound_mm.min(near_mm * self.likely), bound_mm]
+    }
+
+    /// Lists the places of the leaves that are reached no farther from a place than the root of `limit`; gives how many there are.
+    fn scan_reached(&mut self, place: PlaceId, limit: f64) -> usize {
+        let at = &self.cloud.places()[place as usize];
+        let mut count = 0;
+        for other in &self.reached {
+            if other.squared_distance(at) <= limit {
+                count = scan(self.cloud, (place, other), limit, (&mut self.near, count));
+            }
+        }
+        count
     }
 
     /// A distance in mm within which a place has `k` neighbours: those in a node that holds more of them.
@@ -358,6 +383,9 @@ fn select(found: &mut [Entry], k: usize) -> &mut [Entry] {
 
 /// So many entries are sorted as fast as some are selected.
 const FEW: usize = 32;
+
+/// The likely reach is that of a place nearby and so many √k-ths of it more: of points at random it varies by half of one.
+const LIKELY: f64 = 0.6;
 
 /// Leaves that one job takes.
 const RUN: usize = 128;

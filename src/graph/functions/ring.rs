@@ -1,7 +1,6 @@
 //! The neighbours of each place, both ways.
 
 use asphera_geometry::Sets;
-use rayon::prelude::*;
 
 use crate::cloud::{Cloud, PlaceId};
 use crate::nearest::Nearest;
@@ -19,22 +18,19 @@ pub(super) struct Rings {
 impl Rings {
     pub(super) fn new<const D: usize>(cloud: &Cloud<D>, nearest: &Nearest) -> Rings {
         let count = cloud.len() as u32;
-        let (k, places) = (nearest.k(), 0..count);
-        let of_place = |place: PlaceId| {
-            let neighbours = nearest.neighbours(place).iter();
-            neighbours.map(move |&other| nearest.neighbours(other).contains(&place))
+        let k = nearest.k();
+        // Whether a place is among the nearest of a neighbour: most distances say so alone.
+        let is_mutual = |place: PlaceId, other: PlaceId, mm: f64| {
+            let last_mm = nearest.distances_mm(other)[k - 1];
+            mm < last_mm || (mm == last_mm && nearest.neighbours(other).contains(&place))
         };
-        let is_mutual: Vec<bool> = places.clone().into_par_iter().flat_map_iter(of_place).collect();
-        // The neighbours of a place with their distances, and whether each is mutual.
         let neighbours = |place: PlaceId| {
             let others = nearest.neighbours(place).iter().zip(nearest.distances_mm(place));
-            others.zip(&is_mutual[place as usize * k..])
+            others.map(move |(&other, &mm)| (other, mm, is_mutual(place, other, mm)))
         };
         let mut degrees = vec![k as u32; count as usize];
-        for place in places.clone() {
-            for ((&other, _), _) in neighbours(place).filter(|(_, is_mutual)| !**is_mutual) {
-                degrees[other as usize] += 1;
-            }
+        for (other, ..) in (0..count).flat_map(neighbours).filter(|(.., is_mutual)| !is_mutual) {
+            degrees[other as usize] += 1;
         }
         let mut starts = vec![0];
         let mut end = 0;
@@ -51,8 +47,8 @@ impl Rings {
             (ids[*at as usize], lengths_mm[*at as usize]) = (other, mm);
             *at += 1;
         };
-        for place in places {
-            for ((&other, &mm), &is_mutual) in neighbours(place) {
+        for place in 0..count {
+            for (other, mm, is_mutual) in neighbours(place) {
                 add(place, other, mm);
                 if !is_mutual {
                     add(other, place, mm);
