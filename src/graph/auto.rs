@@ -13,7 +13,11 @@ use crate::strips::{Strips, StripsError};
 /// evenly on a surface that is six spacings. So τ does not depend on how points that lie next to each other fall, and bridges the thin regions of
 /// uneven samplings.
 pub fn auto_tau_mm<const D: usize>(cloud: &Cloud<D>) -> Option<f64> {
-    let mut reach = cloud.reach_of_some(NEIGHBOURS, SOME);
+    tau_by(cloud.reach_of_some(NEIGHBOURS, SOME))
+}
+
+/// τ by the distances of some places to their tenth neighbours, in mm.
+pub(crate) fn tau_by(mut reach: Vec<f64>) -> Option<f64> {
     reach.sort_unstable_by(f64::total_cmp);
     let at = (reach.len() as f64 * SHARE) as usize;
     let thin_mm = *reach.get(at.min(reach.len().checked_sub(1)?))?;
@@ -77,10 +81,10 @@ fn steepness<const D: usize>(
 }
 
 /// The neighbour whose distance tells how thin the points lie.
-const NEIGHBOURS: usize = 10;
+pub(crate) const NEIGHBOURS: usize = 10;
 
 /// Places that are looked at.
-const SOME: usize = 50_000;
+pub(crate) const SOME: usize = 50_000;
 
 /// Share of the places that lie denser than the thinnest ones.
 const SHARE: f64 = 0.98;

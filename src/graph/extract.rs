@@ -4,10 +4,11 @@ use thiserror::Error;
 
 use crate::auto::{STRIP, auto_strips, auto_tau_mm};
 use crate::cloud::{Cloud, CloudError, PlaceId};
-use crate::fine_loops::{FineError, FineLoop, fine_loops};
+use crate::fine_loops::{FineError, FineLoop, Wanted, fine_loops, is_one_run};
 use crate::functions::Field;
 use crate::graph::{GraphError, PointGraph};
 use crate::grown::{Growth, grown_graph};
+use crate::links::Links;
 use crate::loops::Loop;
 use crate::strips::{MOST_STRIPS, Strips, StripsError};
 
@@ -90,12 +91,19 @@ pub fn extract<const D: usize>(
     if cloud.is_empty() {
         return Err(ExtractError::NoPoints);
     }
-    let spacing_mm = cloud.spacing_mm().unwrap_or(0.0);
+    // The spacing and τ come with the links, where these are those of the whole cloud.
+    let links = known_links(cloud, field, choices);
+    let links = links.as_ref();
+    let spacing_mm = links.map_or_else(|| cloud.spacing_mm(), |links| links.spacing_mm(cloud));
+    let spacing_mm = spacing_mm.unwrap_or(0.0);
     let tau_mm = match (choices.tau_mm, choices.pieces) {
         (Some(tau_mm), _) => tau_mm,
         (None, Pieces::Grown(_)) if spacing_mm > 0.0 => SEED_TAU * spacing_mm,
         // A single place has no spacing; any τ gives the same graph.
-        (None, _) => auto_tau_mm(cloud).unwrap_or(1.0),
+        (None, _) => {
+            let tau_mm = links.map_or_else(|| auto_tau_mm(cloud), |links| links.tau_mm(cloud));
+            tau_mm.unwrap_or(1.0)
+        }
     };
     let strips = strips(cloud, field, &choices.strips, tau_mm)?;
     let graph = match choices.pieces {
@@ -105,7 +113,7 @@ pub fn extract<const D: usize>(
     let (loops, minor_loops) = if is_fine(choices, field) {
         let mut found = Vec::new();
         let thin = thin_strips(&graph.strips, field, tau_mm, 1.0)?;
-        for one in between_thin_strips(cloud, field, &graph, &thin, LINK * tau_mm)? {
+        for one in between_thin_strips((cloud, links), field, &graph, &thin, LINK * tau_mm)? {
             if one.span() >= MINOR {
                 found.push((one.span() >= COUNTS, of_graph(&one, &graph, &thin)));
             }
@@ -130,6 +138,15 @@ fn is_fine(choices: &Choices, field: &Field) -> bool {
     field.is_length && choices.strips == StripChoice::Auto && choices.pieces == Pieces::Exact
 }
 
+/// The links of the whole cloud, if loops are counted by these.
+fn known_links<const D: usize>(
+    cloud: &Cloud<D>,
+    field: &Field,
+    choices: &Choices,
+) -> Option<Links> {
+    (is_fine(choices, field) && is_one_run(cloud)).then(|| Links::new(cloud))
+}
+
 /// Strips of τ/9 in space; `share` times as many.
 fn thin_strips(
     strips: &Strips,
@@ -146,9 +163,9 @@ fn thin_strips(
     strips.divided((STRIP * THIN * share).round() as usize)
 }
 
-/// Loops between thin strips, by links within the components of the graph.
+/// Loops between thin strips, by links within the components of the graph; those of the cloud may be known.
 fn between_thin_strips<const D: usize>(
-    cloud: &Cloud<D>,
+    (cloud, known): (&Cloud<D>, Option<&Links>),
     field: &Field,
     graph: &PointGraph<D>,
     thin: &Strips,
@@ -164,11 +181,10 @@ fn between_thin_strips<const D: usize>(
         component_of_node[a] == component_of_node[b]
             && graph.nodes[a].strip.abs_diff(graph.nodes[b].strip) <= 1
     };
-    fine_loops(cloud, &field.values, thin, (reach_mm, &may_link), margin).map_err(|error| {
-        match error {
-            FineError::Graph(error) => error.into(),
-            FineError::Cloud(error) => error.into(),
-        }
+    let wanted = Wanted { reach_mm, may_link: &may_link, known };
+    fine_loops(cloud, &field.values, thin, wanted, margin).map_err(|error| match error {
+        FineError::Graph(error) => error.into(),
+        FineError::Cloud(error) => error.into(),
     })
 }
 
@@ -182,7 +198,7 @@ fn of_graph<const D: usize>(found: &FineLoop, graph: &PointGraph<D>, thin: &Stri
 }
 
 impl<const D: usize> Extraction<D> {
-    /// Counts the loops again with τ times 0.8 and 1.25, and with 0.7 and 1.4 times as many strips. Four times the time of the graph.
+    /// Counts the loops again with τ times 0.8 and 1.25, and with 0.7 and 1.4 times as many strips. Up to four times the time of the graph.
     ///
     /// # Errors
     ///
@@ -195,13 +211,20 @@ impl<const D: usize> Extraction<D> {
     ) -> Result<Stability, ExtractError> {
         let count = self.graph.strips().count();
         let mut trials = Vec::new();
+        let links = known_links(cloud, field, choices);
         for (of_tau, of_strips) in [(0.8, 1.0), (1.25, 1.0), (1.0, 0.7), (1.0, 1.4)] {
             let tau_mm = self.tau_mm * of_tau;
             if is_fine(choices, field) {
                 let strips = (self.graph.strips.count() as f64 * of_strips).round().max(1.0);
                 let thin = thin_strips(&self.graph.strips, field, self.tau_mm, of_strips)?;
                 let reach_mm = LINK * tau_mm;
-                let found = between_thin_strips(cloud, field, &self.graph, &thin, reach_mm)?;
+                let found = between_thin_strips(
+                    (cloud, links.as_ref()),
+                    field,
+                    &self.graph,
+                    &thin,
+                    reach_mm,
+                )?;
                 let is_long = |one: &&FineLoop| {
                     f64::from(one.span()) >= f64::from(COUNTS) * of_strips
                         && of_graph(one, &self.graph, &thin).extent() >= choices.min_loop

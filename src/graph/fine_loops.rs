@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::cloud::{Cloud, CloudError, PlaceId};
 use crate::graph::{GraphError, sorted_by_strip};
 use crate::level_sets::{Linked, ThinStrip};
-use crate::links::links;
+use crate::links::Links;
 use crate::loops::closed;
 use crate::strips::Strips;
 
@@ -27,22 +27,37 @@ impl FineLoop {
     }
 }
 
+/// The links that make loops.
+#[derive(Clone, Copy)]
+pub(crate) struct Wanted<'a> {
+    /// They are shorter, in mm.
+    pub(crate) reach_mm: f64,
+    /// Whether two places may be linked.
+    pub(crate) may_link: &'a (dyn Fn([PlaceId; 2]) -> bool + Sync),
+    /// Those of the whole cloud, if they are known.
+    pub(crate) known: Option<&'a Links>,
+}
+
+/// Whether strips of a cloud are passed in one run, which takes the links of the whole cloud.
+pub(crate) fn is_one_run<const D: usize>(cloud: &Cloud<D>) -> bool {
+    cloud.len() < RUN
+}
+
 /// Reason why there are no such loops.
 pub(crate) enum FineError {
     Graph(GraphError),
     Cloud(CloudError),
 }
 
-/// All loops between thin strips, for links shorter than `reach_mm` that may be. Gaps of the sampling make loops
-/// that span few strips.
+/// All loops between thin strips, for the links that are wanted. Gaps of the sampling make loops that span few strips.
 ///
 /// With a `margin` the strips are passed in runs of many places, so that memory grows with these and not with the cloud. Then no
-/// two places nearer than `reach_mm` may be more than so many strips apart.
+/// two places nearer than the reach of links may be more than so many strips apart.
 pub(crate) fn fine_loops<const D: usize>(
     cloud: &Cloud<D>,
     values: &[f64],
     strips: &Strips,
-    (reach_mm, may_link): (f64, &(dyn Fn([PlaceId; 2]) -> bool + Sync)),
+    wanted: Wanted<'_>,
     margin: Option<usize>,
 ) -> Result<Vec<FineLoop>, FineError> {
     let of_strip = sorted_by_strip(cloud, values, strips).map_err(FineError::Graph)?;
@@ -50,7 +65,7 @@ pub(crate) fn fine_loops<const D: usize>(
         Some(margin) => runs(&of_strip, margin, RUN),
         None => std::iter::once(0..of_strip.len()).collect(),
     };
-    in_runs(cloud, &of_strip, runs, (reach_mm, may_link), margin).map_err(FineError::Cloud)
+    in_runs(cloud, &of_strip, runs, wanted, margin).map_err(FineError::Cloud)
 }
 
 /// The loops of strips that are passed in runs.
@@ -58,7 +73,7 @@ fn in_runs<const D: usize>(
     cloud: &Cloud<D>,
     of_strip: &[Vec<PlaceId>],
     runs: Vec<Range<usize>>,
-    (reach_mm, may_link): (f64, &(dyn Fn([PlaceId; 2]) -> bool + Sync)),
+    wanted: Wanted<'_>,
     margin: Option<usize>,
 ) -> Result<Vec<FineLoop>, CloudError> {
     let mut places_of_pieces = Vec::new();
@@ -70,8 +85,7 @@ fn in_runs<const D: usize>(
         // A neighbour of a neighbour decides which links there are.
         let about = 2 * margin.unwrap_or(of_strip.len()) + 2;
         let members = run.start.saturating_sub(about)..(run.end + about).min(of_strip.len());
-        let links = (reach_mm, may_link);
-        let (thin, places) = thin_strips(cloud, of_strip, (members, run.clone()), links)?;
+        let (thin, places) = thin_strips(cloud, of_strip, (members, run.clone()), wanted)?;
         for (strip, thin) in run.zip(thin) {
             let first = strip_of.len() as u32;
             let below = thin.below.iter().zip(&under);
@@ -111,27 +125,24 @@ fn thin_strips<const D: usize>(
     cloud: &Cloud<D>,
     of_strip: &[Vec<PlaceId>],
     (members, run): (Range<usize>, Range<usize>),
-    (reach_mm, may_link): (f64, &(dyn Fn([PlaceId; 2]) -> bool + Sync)),
+    Wanted { reach_mm, may_link, known }: Wanted<'_>,
 ) -> Result<(Vec<ThinStrip>, Vec<PlaceId>), CloudError> {
     let places = of_strip[members.clone()].concat();
     let strip_of: Vec<u32> = members
         .clone()
         .flat_map(|strip| of_strip[strip].iter().map(move |_| strip as u32))
         .collect();
-    let mut links = if places.len() == cloud.len() {
-        let mut position_of = vec![0; places.len()];
-        (0..).zip(&places).for_each(|(at, &place)| position_of[place as usize] = at);
-        links(cloud, reach_mm, |place| position_of[place as usize])?
-    } else {
+    let may_link = |link: [u32; 2]| may_link(link.map(|position| places[position as usize]));
+    let links = if places.len() < cloud.len() {
         let all = cloud.places();
         let own: Vec<[f64; D]> = places.iter().map(|&place| all[place as usize]).collect();
         let own = Cloud::new(&own)?;
-        let mut position_of = vec![0; places.len()];
-        let rows = (0..).zip(own.places_of_rows());
-        rows.for_each(|(at, &place)| position_of[place as usize] = at);
-        links(&own, reach_mm, |place| position_of[place as usize])?
+        Links::new(&own).pairs(&own, own.places_of_rows(), reach_mm, &may_link)
+    } else if let Some(known) = known {
+        known.pairs(cloud, &places, reach_mm, &may_link)
+    } else {
+        Links::new(cloud).pairs(cloud, &places, reach_mm, &may_link)
     };
-    links.retain(|link| may_link(link.map(|position| places[position as usize])));
     let rise = |link: &[u32; 2]| strip_of[link[1] as usize] - strip_of[link[0] as usize];
     let span = links.par_iter().map(rise).max().unwrap_or(0);
     let linked = Linked { links: &links, strip_of: &strip_of, span };
@@ -185,9 +196,9 @@ mod tests {
             let of_strip = sorted_by_strip(&cloud, &values, &strips).unwrap();
             let margin = 0.6 / (strips.bounds()[1] - low);
             let margin = margin as usize + 1;
+            let wanted = Wanted { reach_mm: 0.6, may_link: &|_| true, known: None };
             let found = |runs: Vec<Range<usize>>| {
-                let mut found =
-                    in_runs(&cloud, &of_strip, runs, (0.6, &|_| true), Some(margin)).unwrap();
+                let mut found = in_runs(&cloud, &of_strip, runs, wanted, Some(margin)).unwrap();
                 found.sort_by_key(|one| (one.strips, one.places));
                 found
             };
@@ -219,7 +230,8 @@ mod tests {
             a == b
         };
         let loops = |may_link: &(dyn Fn([PlaceId; 2]) -> bool + Sync)| {
-            let found = fine_loops(&cloud, &values, &strips, (0.05, may_link), None);
+            let wanted = Wanted { reach_mm: 0.05, may_link, known: None };
+            let found = fine_loops(&cloud, &values, &strips, wanted, None);
             found.ok().map(|found| found.len())
         };
         assert_eq!(loops(&|_| true), Some(1));

@@ -1,13 +1,13 @@
 //! The k nearest places of every place, all at once.
-//!
-//! Places of a leaf share the walk through the tree: one search finds all leaves that can hold a neighbour of any of them. How far
-//! neighbours lie is foreseen, and bounded, by those of places that are near (J. Sankaranarayanan, H. Samet, A. Varshney, Computers &
-//! Graphics 31 (2007) 157-174, doi:10.1016/j.cag.2006.11.011, do the same with blocks of an octree).
+
+mod search;
 
 use rayon::prelude::*;
 
+pub(crate) use self::search::Entry;
+use self::search::Search;
 use crate::cloud::{Cloud, CloudError, MOST_NEIGHBOURS, PlaceId};
-use crate::tree::{Node, squared_distance};
+use crate::tree::squared_distance;
 
 /// The nearest places of every place, nearest first; of equal distances the smaller number first.
 #[derive(Clone, Debug)]
@@ -93,20 +93,23 @@ impl<const D: usize> Cloud<D> {
         if self.len() < 2 {
             return None;
         }
+        let runs = self.of_nearest(1, |_, found, nearest_mm: &mut Vec<f64>| {
+            let square = found.iter().min().map_or(0.0, |nearest| nearest.square());
+            nearest_mm.push(square.sqrt());
+            square
+        });
+        Some(self.mean_by_leaves(&runs.concat()))
+    }
+
+    /// The mean of a value a place, by sums of leaves. It does not depend on the order of the points or the threads.
+    pub(crate) fn mean_by_leaves(&self, of_place: &[f64]) -> f64 {
+        let of_leaf = |&(leaf, _): &(u32, u32)| -> f64 {
+            let leaf = &self.nodes[leaf as usize];
+            of_place[leaf.first as usize..leaf.end as usize].iter().sum()
+        };
         let leaves = self.leaves(1);
-        let sums: Vec<f64> = leaves
-            .par_chunks(RUN)
-            .map(|run| {
-                let mut search = Search::new(self, 1);
-                let of_leaf = |leaf| {
-                    let mut sum = 0.0;
-                    search.leaf(leaf, &mut |_, nearest| sum += nearest[0].square().sqrt());
-                    sum
-                };
-                run.iter().map(of_leaf).sum()
-            })
-            .collect();
-        Some(sums.iter().sum::<f64>() / self.len() as f64)
+        let sums = leaves.chunks(RUN).map(|run| run.iter().map(of_leaf).sum::<f64>());
+        sums.sum::<f64>() / self.len() as f64
     }
 
     /// Distances to the `k`-th neighbour in mm of some `count` places spread over all of them, in no order. Of fewer places than
@@ -116,9 +119,7 @@ impl<const D: usize> Cloud<D> {
         if k == 0 {
             return Vec::new();
         }
-        let leaves = self.leaves(k);
-        let step = (self.len() / count.max(1)).max(1);
-        let chosen: Vec<(u32, u32)> = leaves.into_iter().step_by(step).collect();
+        let chosen = self.some_leaves(k, count);
         let runs = chosen.par_chunks(RUN).map(|run| {
             let mut found = Vec::new();
             Search::new(self, k)
@@ -128,22 +129,34 @@ impl<const D: usize> Cloud<D> {
         runs.flatten_iter().collect()
     }
 
-    /// Work on the `k` nearest other places of every place, the farthest of them last and the others in no order. The outcomes of runs of
-    /// places follow one another.
-    pub(crate) fn of_nearest<R: Send>(
+    /// Some `count` places spread over all of them: those of [`Cloud::reach_of_some`].
+    pub(crate) fn some_places(&self, count: usize) -> impl Iterator<Item = PlaceId> {
+        let leaves = self.some_leaves(1, count).into_iter();
+        leaves.map(|(leaf, _)| &self.nodes[leaf as usize]).flat_map(|leaf| leaf.first..leaf.end)
+    }
+
+    fn some_leaves(&self, k: usize, count: usize) -> Vec<(u32, u32)> {
+        let step = (self.len() / count.max(1)).max(1);
+        self.leaves(k).into_iter().step_by(step).collect()
+    }
+
+    /// Work on places near every place, in no order, the `k` nearest others among them. The work gives the square of the distance to the
+    /// `k`-th in mm². Runs of places, which follow one another, have an outcome each.
+    pub(crate) fn of_nearest<R: Default + Send>(
         &self,
         k: usize,
-        work: impl Fn(PlaceId, &mut [Entry], &mut Vec<R>) + Sync,
-    ) -> Vec<Vec<R>> {
+        work: impl Fn(PlaceId, &mut [Entry], &mut R) -> f64 + Sync,
+    ) -> Vec<R> {
         let k = k.min(self.len().saturating_sub(1));
         if k == 0 {
             return Vec::new();
         }
         let leaves = self.leaves(k);
         let runs = leaves.par_chunks(RUN).map(|run| {
-            let mut outcomes = Vec::new();
-            Search::new(self, k).leaves(run, |place, nearest| work(place, nearest, &mut outcomes));
-            outcomes
+            let (mut search, mut outcome) = (Search::new(self, k), R::default());
+            let mut work = |place, found: &mut [Entry]| work(place, found, &mut outcome);
+            run.iter().for_each(|leaf| search.leaf(leaf, &mut work));
+            outcome
         });
         runs.collect()
     }
@@ -197,195 +210,6 @@ impl<const D: usize> Cloud<D> {
         }
     }
 }
-
-/// A place near another one: the bits of the square of its distance, which are in the order of squares, above its number. So entries
-/// sort by distance, and equally near ones by number.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Entry(u128);
-
-impl Entry {
-    fn new(square: f64, id: PlaceId) -> Entry {
-        Entry(u128::from(square.to_bits()) << 32 | u128::from(id))
-    }
-
-    /// Square of the distance in mm².
-    pub(crate) fn square(self) -> f64 {
-        f64::from_bits((self.0 >> 32) as u64)
-    }
-
-    pub(crate) fn id(self) -> PlaceId {
-        self.0 as PlaceId
-    }
-}
-
-/// Memory of one thread that searches for the neighbours of leaves.
-struct Search<'a, const D: usize> {
-    cloud: &'a Cloud<D>,
-    k: usize,
-    /// The likely reach of a place over that of a place nearby.
-    likely: f64,
-    reached: Vec<Node<D>>,
-    open: Vec<u32>,
-    near: Vec<Entry>,
-    /// Places that were searched last, each with the distance of its farthest neighbour in mm: those of the leaf, and the one before
-    /// it.
-    known: Vec<([f64; D], f64)>,
-    /// The place to come, if leaves follow one another.
-    next: Option<PlaceId>,
-}
-
-impl<'a, const D: usize> Search<'a, D> {
-    fn new(cloud: &'a Cloud<D>, k: usize) -> Search<'a, D> {
-        let (reached, open, near, known) = Default::default();
-        let likely = 1.0 + LIKELY / (k as f64).sqrt();
-        Search { cloud, k, likely, reached, open, near, known, next: None }
-    }
-
-    /// Gives the `k` nearest of every place of some leaves: see [`Search::leaf`].
-    fn leaves(&mut self, leaves: &[(u32, u32)], mut take: impl FnMut(PlaceId, &mut [Entry])) {
-        leaves.iter().for_each(|leaf| self.leaf(leaf, &mut take));
-    }
-
-    /// Gives the `k` nearest of every place of a leaf, the farthest of them last and the others in no order.
-    fn leaf(&mut self, &(leaf, around): &(u32, u32), take: &mut impl FnMut(PlaceId, &mut [Entry])) {
-        let (nodes, places) = (&self.cloud.nodes, self.cloud.places());
-        let own = &nodes[leaf as usize];
-        let first = &places[own.first as usize];
-        // Leaves follow one another in space, so the place before is near.
-        match self.known.pop() {
-            Some(last) if self.next == Some(own.first) => {
-                self.known.clear();
-                self.known.push(last);
-            }
-            _ => {
-                self.known.clear();
-                let rough_mm = self.rough_reach_mm(own.first, around);
-                self.known.push((*first, rough_mm));
-            }
-        }
-        self.next = Some(own.end);
-        let own_places = &places[own.first as usize..own.end as usize];
-        let farthest = own_places.iter().map(|place| squared_distance(first, place));
-        let wide_mm = farthest.fold(0.0, f64::max).sqrt();
-        for (place, at) in (own.first..own.end).zip(own_places) {
-            let mut count = 0;
-            for limit_mm in self.bounds_mm(at) {
-                if place == own.first {
-                    // Rounding may put a place within the limit that is a trifle beyond it.
-                    self.reach(own, squared(limit_mm + wide_mm) * (1.0 + 1e-9));
-                }
-                count = self.scan_reached(place, squared(limit_mm));
-                if count >= self.k {
-                    break;
-                }
-            }
-            let nearest = select(&mut self.near[..count], self.k);
-            let reach_mm = nearest[self.k - 1].square().sqrt();
-            take(place, nearest);
-            self.known.push((*at, reach_mm));
-            if place == own.first {
-                let limit = squared(reach_mm + wide_mm);
-                self.reached.retain(|leaf| leaf.squared_gap(own) <= limit);
-            }
-        }
-    }
-
-    /// A distance in mm within which a place most likely has `k` neighbours, and one within which it has them for certain.
-    ///
-    /// A known place has as many within its reach; both places are as far apart as they are; so within the sum there are as many.
-    fn bounds_mm(&self, at: &[f64; D]) -> [f64; 2] {
-        let (mut bound_mm, mut near_mm) = (f64::INFINITY, 0.0);
-        for (place, mm) in &self.known {
-            let sum_mm = mm + squared_distance(at, place).sqrt();
-            if sum_mm < bound_mm {
-                (bound_mm, near_mm) = (sum_mm, *mm);
-            }
-        }
-        [bound_mm.min(near_mm * self.likely), bound_mm]
-    }
-
-    /// Lists the places of the leaves that are reached no farther from a place than the root of `limit`; gives how many there are.
-    fn scan_reached(&mut self, place: PlaceId, limit: f64) -> usize {
-        let at = &self.cloud.places()[place as usize];
-        let mut count = 0;
-        for other in &self.reached {
-            if other.squared_distance(at) <= limit {
-                count = scan(self.cloud, (place, other), limit, (&mut self.near, count));
-            }
-        }
-        count
-    }
-
-    /// A distance in mm within which a place has `k` neighbours: those in a node that holds more of them.
-    fn rough_reach_mm(&mut self, place: PlaceId, around: u32) -> f64 {
-        let node = &self.cloud.nodes[around as usize];
-        let count = scan(self.cloud, (place, node), f64::INFINITY, (&mut self.near, 0));
-        select(&mut self.near[..count], self.k)[self.k - 1].square().sqrt()
-    }
-
-    /// Lists the leaves no farther from a leaf than the root of `limit`.
-    fn reach(&mut self, own: &Node<D>, limit: f64) {
-        let nodes = &self.cloud.nodes;
-        self.reached.clear();
-        self.open.clear();
-        self.open.push(0);
-        while let Some(at) = self.open.pop() {
-            let node = &nodes[at as usize];
-            if node.squared_gap(own) > limit {
-                continue;
-            }
-            if node.right == 0 {
-                self.reached.push(*node);
-            } else {
-                self.open.extend([at + node.right, at + 1]);
-            }
-        }
-    }
-}
-
-/// The square of a distance that others are compared with; rounding leaves none out.
-fn squared(mm: f64) -> f64 {
-    mm * mm * (1.0 + 1e-9)
-}
-
-/// Adds the places of a node no farther from a place than the root of `limit` to the first `count` entries; gives how many there are.
-fn scan<const D: usize>(
-    cloud: &Cloud<D>,
-    (place, node): (PlaceId, &Node<D>),
-    limit: f64,
-    (near, count): (&mut Vec<Entry>, usize),
-) -> usize {
-    let at = &cloud.places()[place as usize];
-    let others = &cloud.places()[node.first as usize..node.end as usize];
-    if near.len() < count + others.len() {
-        near.resize(2 * (count + others.len()), Entry::default());
-    }
-    let into = &mut near[count..count + others.len()];
-    let mut found = 0;
-    for (other, position) in (node.first..node.end).zip(others) {
-        let square = squared_distance(at, position);
-        // Every one is written, and stays if it is near: that spares a branch that nobody can foresee.
-        into[found] = Entry::new(square, other);
-        found += usize::from(square <= limit && other != place);
-    }
-    count + found
-}
-
-/// The `k` nearest of some entries, the farthest of them last.
-fn select(found: &mut [Entry], k: usize) -> &mut [Entry] {
-    if found.len() <= FEW {
-        found.sort_unstable();
-    } else {
-        found.select_nth_unstable(k - 1);
-    }
-    &mut found[..k]
-}
-
-/// So many entries are sorted as fast as some are selected.
-const FEW: usize = 32;
-
-/// The likely reach is that of a place nearby and so many √k-ths of it more: of points at random it varies by half of one.
-const LIKELY: f64 = 0.6;
 
 /// Leaves that one job takes.
 const RUN: usize = 128;
