@@ -41,8 +41,14 @@ impl Links {
         let runs = cloud.of_nearest(NEIGHBOURS + 1, |place, found, run: &mut Run| {
             linked(cloud, place, found, run)
         });
-        let mut links =
-            Links { starts: vec![0], ids: Vec::new(), base: Vec::new(), near_mm: Vec::new() };
+        let count = runs.iter().map(|run| run.ids.len()).sum();
+        let mut links = Links {
+            starts: Vec::with_capacity(cloud.len() + 1),
+            ids: Vec::with_capacity(count),
+            base: Vec::with_capacity(cloud.len()),
+            near_mm: Vec::with_capacity(cloud.len()),
+        };
+        links.starts.push(0);
         let mut end = 0;
         for run in runs {
             for count in run.counts {
