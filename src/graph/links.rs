@@ -341,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn links_are_those_of_the_definition_whatever_the_reach() {
+    fn links_spacing_and_tau_are_those_of_the_definition_whatever_the_reach() {
         let spread = |at: u32, step: f64| (f64::from(at) * step).fract();
         // Places of a bent sheet, those of a lattice with many equal distances, and few.
         let sheet = (0..400).map(|at| {
@@ -355,6 +355,8 @@ mod tests {
             let cloud = Cloud::new(&points).unwrap();
             let backwards: Vec<PlaceId> = (0..cloud.len() as PlaceId).rev().collect();
             let links = Links::new(&cloud);
+            assert_eq!(links.spacing_mm(&cloud), cloud.spacing_mm());
+            assert_eq!(links.tau_mm(&cloud), crate::auto_tau_mm(&cloud));
             for reach_mm in [0.4, 0.8, 1.5, 100.0] {
                 let mut expected = Vec::new();
                 for place in 0..cloud.len() {
