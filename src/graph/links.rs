@@ -219,14 +219,10 @@ impl Near {
     /// `squares` are bits of squares of distances in mm², which are in the order of these.
     fn new(squares: &mut [u64]) -> Near {
         let count = squares.len().min(NEIGHBOURS + 1);
-        let last = f64::from_bits(*squares.select_nth_unstable(count - 1).1);
-        let nearest = &mut squares[..count];
-        if count > NEAREST {
-            nearest.select_nth_unstable(NEAREST - 1);
-        }
-        let twelve = &mut nearest[..count.min(NEAREST)];
-        twelve.sort_unstable();
-        let square = |at: usize| f64::from_bits(twelve[at.min(twelve.len() - 1)]);
+        // Sorting networks are faster here than a selection.
+        squares.sort_unstable();
+        let square = |at: usize| f64::from_bits(squares[at.min(count - 1)]);
+        let last = square(NEIGHBOURS);
         let near_mm = [0, auto::NEIGHBOURS - 1].map(|at| square(at).sqrt());
         let end = if count > NEIGHBOURS { least_of_root(last) } else { f64::INFINITY };
         let is_full = count >= NEAREST && square(NEAREST - 1) < end;
