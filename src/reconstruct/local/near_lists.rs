@@ -3,11 +3,12 @@
 //! New points ask leaf by leaf: what may be near to any point of a leaf is gathered once. An earlier point takes a new one into its
 //! list where it is nearer than the last. Of equal distances the smaller coordinates come first, so that lists depend on places alone.
 
-use asphera_geometry::PointMm;
+use asphera_geometry::{BoxMm, PointMm};
 
+use super::MOST_POINTS;
 use super::normals::{NEAREST, Places as _};
 use super::place_tree::{NewInLeaf, PlaceTree};
-use crate::geometry::squared;
+use crate::geometry::{gap, squared};
 use crate::neighbours::Near;
 
 /// Lists of at most [`NEAREST`] points, the nearest first.
@@ -23,7 +24,23 @@ pub(super) struct Room {
     gathered: Vec<u32>,
     /// Places of the gathered points.
     places_mm: Vec<PointMm>,
-    found: Vec<Near>,
+    keys: Vec<u64>,
+}
+
+impl Room {
+    /// Takes the places of what was gathered, without points farther from a box than the root of a limit.
+    fn take_places(&mut self, tree: &PlaceTree, own: &BoxMm, limit_mm2: f64) {
+        let points = tree.points_mm();
+        self.places_mm.clear();
+        self.gathered.retain(|&other| {
+            let place = points[other as usize];
+            let is_near = gap(&BoxMm { low: place, high: place }, own) <= limit_mm2;
+            if is_near {
+                self.places_mm.push(place);
+            }
+            is_near
+        });
+    }
 }
 
 impl NearLists {
@@ -126,19 +143,18 @@ pub(super) fn ask_together(
             }
             most = usize::MAX;
         }
-        if room.gathered.len() <= wanted {
+        let is_all = room.gathered.len() == tree.len();
+        room.take_places(tree, &own, if is_all { f64::INFINITY } else { radius * radius });
+        if room.places_mm.len() <= wanted {
             radius *= 2.0;
             continue;
         }
-        let points = tree.points_mm();
-        room.places_mm.clear();
-        room.places_mm.extend(room.gathered.iter().map(|&other| points[other as usize]));
         // Of the point that is worst off.
         let mut farthest_mm2: f64 = 0.0;
         let mut limit_mm2 = f64::INFINITY;
         for at in new.from..new.to {
             let (list, far_mm2) = select(tree, at, limit_mm2, room);
-            if at + 1 < new.to && room.found.len() == NEAREST {
+            if at + 1 < new.to && wanted == NEAREST {
                 // The next one has as many about it: those of this one and this one itself.
                 let [place, next] = [at, at + 1].map(|at| tree.points_mm()[at as usize]);
                 let reach_mm = far_mm2.sqrt() + squared(place, next).sqrt();
@@ -147,7 +163,6 @@ pub(super) fn ask_together(
             farthest_mm2 = farthest_mm2.max(far_mm2);
             lists.push(list);
         }
-        let is_all = room.gathered.len() == tree.len();
         if is_all || is_whole && farthest_mm2 <= radius * radius {
             room.radius_mm = farthest_mm2.sqrt() * 1.05;
             return true;
@@ -157,31 +172,44 @@ pub(super) fn ask_together(
 }
 
 /// The nearest of what was gathered, none of them farther than a limit, and the square of the distance of the last, mm².
+///
+/// They are sorted as numbers: a square without its last bits, and the point in their place. Squares that differ in these bits alone
+/// are put in order afterwards.
 fn select(tree: &PlaceTree, at: u32, limit_mm2: f64, room: &mut Room) -> ([u32; NEAREST], f64) {
     let points = tree.points_mm();
     let place = points[at as usize];
-    room.found.clear();
     // Written first and counted then: what is near is in no order that a processor could foresee.
-    room.found.resize(room.gathered.len(), (0.0, 0));
+    room.keys.resize(room.places_mm.len(), 0);
     let mut count = 0;
     for (&other, &point) in room.gathered.iter().zip(&room.places_mm) {
         let square = squared(place, point);
-        room.found[count] = (square, other);
+        room.keys[count] = square.to_bits() & !NUMBER | u64::from(other);
         count += usize::from(square <= limit_mm2 && other != at);
     }
-    room.found.truncate(count);
-    if room.found.len() > NEAREST {
-        room.found.select_nth_unstable_by(NEAREST - 1, |a, b| tree.order(a, b));
-        room.found.truncate(NEAREST);
+    let keys = &mut room.keys[..count];
+    keys.sort_unstable();
+    let number = |key: u64| (key & NUMBER) as u32;
+    let near = |key: u64| (squared(place, points[number(key) as usize]), number(key));
+    let mut first = 0;
+    while first < keys.len().min(NEAREST) {
+        let alike = keys[first..].iter().take_while(|&&key| key & !NUMBER == keys[first] & !NUMBER);
+        let next = first + alike.count();
+        if next > first + 1 {
+            keys[first..next].sort_unstable_by(|&a, &b| tree.order(&near(a), &near(b)));
+        }
+        first = next;
     }
-    room.found.sort_unstable_by(|a, b| tree.order(a, b));
     let mut list = [NONE; NEAREST];
-    for (to, &(_, other)) in list.iter_mut().zip(&room.found) {
-        *to = other;
+    for (to, &key) in list.iter_mut().zip(&*keys) {
+        *to = number(key);
     }
-    (list, room.found.last().map_or(0.0, |&(far_mm2, _)| far_mm2))
+    let last = keys[..count.min(NEAREST)].last();
+    (list, last.map_or(0.0, |&key| near(key).0))
 }
 
+/// The bits of a key that are the number of a point.
+const NUMBER: u64 = (1 << 24) - 1;
+const _: () = assert!(MOST_POINTS as u64 <= NUMBER, "a key must have room for the number of every point");
 /// More points than any leaf needs that lies in a surface: so many are gathered where points are far from each other.
 const MOST_GATHERED: usize = 600;
 const NONE: u32 = u32::MAX;
