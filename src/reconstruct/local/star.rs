@@ -166,9 +166,13 @@ impl Maker<'_> {
             before = side.of;
         }
         let mut rule = Rule { maker: self, at, asked: &mut room.asked, gaps: &mut room.gaps };
+        let mut from = 0;
         for _ in 0..MOST_FLIPS {
-            if !rule.remove_one(limit, ring) && !rule.insert_one(limit, ring, &room.near_ties) {
-                return;
+            let flipped = rule.remove_one(limit, ring, from);
+            match flipped.or_else(|| rule.insert_one(limit, ring, &room.near_ties)) {
+                // Earlier edges have the sides that they had.
+                Some(at) => from = if ring.len() > 4 { at.saturating_sub(2) } else { 0 },
+                None => return,
             }
         }
     }
@@ -183,10 +187,10 @@ struct Rule<'a> {
 }
 
 impl Rule<'_> {
-    /// Takes a neighbour out of the ring whose edge the rule denies.
-    fn remove_one(&mut self, limit: f64, ring: &mut Vec<Half>) -> bool {
+    /// Takes a neighbour out of the ring whose edge the rule denies; gives where it was. The first to be asked follows `from`.
+    fn remove_one(&mut self, limit: f64, ring: &mut Vec<Half>, from: usize) -> Option<usize> {
         let len = ring.len();
-        for index in 0..len {
+        for index in from..len {
             let middle = wrapped(index + 1, len);
             let (q, r, s) = (ring[index], ring[middle], ring[wrapped(middle + 1, len)]);
             let is_near_tie =
@@ -196,14 +200,19 @@ impl Rule<'_> {
             }
             if self.has_edge(r.of, [q.of, s.of]) == Some(false) {
                 ring.remove(middle);
-                return true;
+                return Some(middle);
             }
         }
-        false
+        None
     }
 
-    /// Takes a neighbour into the ring whose edge the rule asks for.
-    fn insert_one(&mut self, limit: f64, ring: &mut Vec<Half>, near_ties: &[Half]) -> bool {
+    /// Takes a neighbour into the ring whose edge the rule asks for; gives where it is.
+    fn insert_one(
+        &mut self,
+        limit: f64,
+        ring: &mut Vec<Half>,
+        near_ties: &[Half],
+    ) -> Option<usize> {
         self.gaps.clear();
         for index in 0..ring.len() {
             let (q, r) = (ring[index], ring[wrapped(index + 1, ring.len())]);
@@ -227,10 +236,10 @@ impl Rule<'_> {
             let is_there = ring.iter().any(|half| half.of == tie.of);
             if !is_there && self.has_edge(tie.of, sides) == Some(true) {
                 ring.insert(index + 1, tie);
-                return true;
+                return Some(index + 1);
             }
         }
-        false
+        None
     }
 
     fn has_edge(&mut self, over: u32, sides: [u32; 2]) -> Option<bool> {
