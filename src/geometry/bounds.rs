@@ -30,7 +30,12 @@ impl<const D: usize> BoundsMm<D> {
     /// Widens the box to a place.
     #[inline(always)]
     pub fn add(&mut self, place: [f64; D]) {
-        self.join(&BoundsMm { low: place, high: place });
+        // One instruction each, where `f64::min` takes four. NaN is never below or above.
+        for axis in 0..D {
+            let (value, low, high) = (place[axis], self.low[axis], self.high[axis]);
+            self.low[axis] = if value < low { value } else { low };
+            self.high[axis] = if value > high { value } else { high };
+        }
     }
 
     /// Widens the box to another.

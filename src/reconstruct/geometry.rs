@@ -49,7 +49,8 @@ pub(crate) fn gap(a: &BoxMm, b: &BoxMm) -> f64 {
 /// The box of two boxes.
 #[inline(always)]
 pub(crate) fn joined(a: &BoxMm, b: &BoxMm) -> BoxMm {
-    let mut both = *a;
-    both.join(b);
-    both
+    BoxMm {
+        low: [0, 1, 2].map(|axis| -larger(-a.low[axis], -b.low[axis])),
+        high: [0, 1, 2].map(|axis| larger(a.high[axis], b.high[axis])),
+    }
 }

@@ -123,8 +123,8 @@ impl Maker<'_> {
                 let radius = (NEARLY_WITHIN * corner.square).sqrt() * (1.0 + 1e-7) + margin_mm;
                 (middle, radius * radius)
             }));
-            let known = (place, seen);
-            self.tree.gather_in_balls(&room.balls, known, &mut room.waiting, &mut |other| {
+            let (within, known) = ((place, sight_mm2), (place, seen));
+            self.tree.gather_in_balls(&room.balls, within, known, &mut room.waiting, &mut |other| {
                 let square = squared(place, points_mm[other as usize]);
                 // Nearer ones are known, and this point itself.
                 if square < seen || square > sight_mm2 || other == at {

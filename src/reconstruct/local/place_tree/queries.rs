@@ -77,19 +77,21 @@ impl PlaceTree {
         true
     }
 
-    /// Calls with every point of leaves that reach into one of some balls, but not of leaves within a further one.
+    /// Calls with every point of leaves that reach into one of some balls and into a further one, but not of leaves within a last one.
     pub(in crate::local) fn gather_in_balls(
         &self,
         balls: &[Ball],
+        within: Ball,
         without: Ball,
         waiting: &mut Vec<u32>,
         found: &mut impl FnMut(u32),
     ) {
         let meets = |node: u32| {
             let bounds = &self.nodes[node as usize].bounds;
-            balls.iter().any(|&(middle, square)| {
+            let reaches_into = |&(middle, square): &Ball| {
                 gap(&BoxMm { low: middle, high: middle }, bounds) <= square
-            })
+            };
+            reaches_into(&within) && balls.iter().any(reaches_into)
         };
         waiting.clear();
         waiting.push(ROOT);
@@ -163,26 +165,27 @@ mod tests {
 
     proptest! {
         #[test]
-        fn balls_miss_no_point_but_those_of_the_further_one(
+        fn balls_miss_no_point_but_those_that_are_not_asked_for(
             places in prop::collection::vec(prop::array::uniform3(-9_i32..9), 1..400),
-            middles in prop::array::uniform3(prop::array::uniform3(-12.0..12.0)),
-            radii_mm in prop::array::uniform3(0.0..9.0),
+            middles in prop::array::uniform4(prop::array::uniform3(-12.0..12.0)),
+            radii_mm in prop::array::uniform4(0.0..9.0),
         ) {
             let mut batch: Vec<_> =
                 places.iter().map(|place| place.map(f64::from)).zip(0..).collect();
             let mut tree = PlaceTree::default();
             tree.insert(&mut batch);
-            let [one, other, without] =
-                [0, 1, 2].map(|ball| (middles[ball], radii_mm[ball] * radii_mm[ball]));
+            let [one, other, within, without] =
+                [0, 1, 2, 3].map(|ball| (middles[ball], radii_mm[ball] * radii_mm[ball]));
             let mut called = Vec::new();
-            tree.gather_in_balls(&[one, other], without, &mut Vec::new(), &mut |at| called.push(at));
+            let mut call = |at| called.push(at);
+            tree.gather_in_balls(&[one, other], within, without, &mut Vec::new(), &mut call);
             let is_in = |at: u32, (middle, square): Ball| {
                 squared(middle, tree.points_mm()[at as usize]) <= square
             };
             for at in 0..tree.len() as u32 {
                 let is_called = called.iter().filter(|&&other| other == at).count();
                 prop_assert!(is_called <= 1);
-                if (is_in(at, one) || is_in(at, other)) && !is_in(at, without) {
+                if (is_in(at, one) || is_in(at, other)) && is_in(at, within) && !is_in(at, without) {
                     prop_assert_eq!(is_called, 1);
                 }
             }
