@@ -43,6 +43,23 @@ impl PlaceTree {
         self.collect(ROOT, place, radius_mm * radius_mm, found);
     }
 
+    /// A node below which all points within a distance of a box lie: the first on the way down whose halves both may have some.
+    fn below(&self, own: &BoxMm, distance_mm: f64) -> u32 {
+        let farther_mm = distance_mm * (1.0 + MARGIN);
+        let mut node = ROOT;
+        while let Content::Split { low, high, axis, at_mm } = self.nodes[node as usize].content {
+            let axis = usize::from(axis);
+            node = if own.high[axis] + farther_mm < at_mm {
+                low
+            } else if own.low[axis] - farther_mm >= at_mm {
+                high
+            } else {
+                break;
+            };
+        }
+        node
+    }
+
     /// Gathers the points of leaves that lie within a distance of a box, as its square, near ones first; gives `false` where it
     /// stopped at `most`.
     pub(in crate::local) fn gather(
@@ -54,7 +71,8 @@ impl PlaceTree {
     ) -> bool {
         let distance = |node: u32| gap(own, &self.nodes[node as usize].bounds) * (1.0 - MARGIN);
         let mut waiting: Vec<u32> = Vec::with_capacity(64);
-        waiting.extend((distance(ROOT) <= limit_mm2).then_some(ROOT));
+        let start = self.below(own, limit_mm2.sqrt());
+        waiting.extend((distance(start) <= limit_mm2).then_some(start));
         while let Some(node) = waiting.pop() {
             match self.nodes[node as usize].content {
                 Content::Leaf { block, len } => {
@@ -94,7 +112,7 @@ impl PlaceTree {
             reaches_into(&within) && balls.iter().any(reaches_into)
         };
         waiting.clear();
-        waiting.push(ROOT);
+        waiting.push(self.below(&BoxMm { low: within.0, high: within.0 }, within.1.sqrt()));
         while let Some(node) = waiting.pop() {
             let Node { bounds, content, .. } = &self.nodes[node as usize];
             match *content {
