@@ -13,7 +13,7 @@ use super::holes::Borders;
 use super::mend::{Mending, Surface};
 use super::near_lists::{self, NearLists};
 use super::normals::{self, NEAREST, Places as _, TangentPlane};
-use super::place_tree::{Inserted, NewInLeaf, PlaceTree, Sight};
+use super::place_tree::{Inserted, LEAF, NewInLeaf, PlaceTree, Sight};
 use super::star::{self, Maker};
 use super::stars::{Exchange, Facet, Stars, sort, sorted};
 use super::{MOST_POINTS, TooManyPoints};
@@ -55,12 +55,30 @@ pub struct FacetChanges {
     pub removed: Vec<[u32; 3]>,
 }
 
-/// A point times 2³², and a new one within the sight of its plane.
-type Seen = u64;
+/// An earlier point and new ones of a leaf within the sight of its plane: in one number, that of the earlier point first.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Seen(u64);
 
-fn earlier(seen: Seen) -> u32 {
-    (seen >> 32) as u32
+impl Seen {
+    /// The new points are bits of a mask, from the first of their leaf on.
+    fn new(earlier: u32, from: u32, mask: u64) -> Seen {
+        Seen(u64::from(earlier) << 40 | u64::from(from) << 16 | mask)
+    }
+
+    fn earlier(self) -> u32 {
+        (self.0 >> 40) as u32
+    }
+
+    /// The new points, in ascending order.
+    fn points(self) -> impl Iterator<Item = u32> {
+        let from = (self.0 >> 16) as u32 & NUMBER;
+        (0..LEAF as u32).filter(move |at| self.0 >> at & 1 == 1).map(move |at| from + at)
+    }
 }
+
+/// The bits of a number of a point.
+const NUMBER: u32 = (1 << 24) - 1;
+const _: () = assert!(MOST_POINTS <= NUMBER as usize && LEAF <= 16, "one number must hold them all");
 
 /// Answers to the new points of some leaves.
 #[derive(Default)]
@@ -94,16 +112,17 @@ impl Asked {
                 return;
             }
             let plane = tree.sight_mm2(at, &[Sight::Plane]);
-            let mut is_seen = false;
-            for new in new.from..new.to {
-                let square = squared(place, points_mm[new as usize]);
+            let (mut is_seen, mut mask) = (false, 0);
+            for number in (new.from..new.to).rev() {
+                let square = squared(place, points_mm[number as usize]);
                 is_seen |= square <= any;
-                if square <= plane {
-                    self.seen.push(u64::from(at) << 32 | u64::from(new));
-                }
+                mask = mask << 1 | u64::from(square <= plane);
             }
             if is_seen {
                 self.stars.push(at);
+            }
+            if mask > 0 {
+                self.seen.push(Seen::new(at, new.from, mask));
             }
         });
     }
@@ -205,7 +224,7 @@ impl LocalSurface {
             }
         }
         sort(&mut seen);
-        for group in seen.chunk_by(|a, b| earlier(*a) == earlier(*b)) {
+        for group in seen.chunk_by(|a, b| a.earlier() == b.earlier()) {
             self.take_new(group, &mut doubts);
         }
         let new = before..self.tree.len() as u32;
@@ -231,10 +250,10 @@ impl LocalSurface {
 
     /// Takes new points into the list of an earlier point that sees them.
     fn take_new(&mut self, group: &[Seen], doubts: &mut Doubts) {
-        let at = earlier(group[0]);
+        let at = group[0].earlier();
         let LocalSurface { tree, near, .. } = self;
         let mut lost = Vec::new();
-        let is_changed = near.take(tree, at, group.iter().map(|&seen| seen as u32), &mut lost);
+        let is_changed = near.take(tree, at, group.iter().flat_map(|seen| seen.points()), &mut lost);
         let own = near.of(at);
         let far_mm2 = own.last().map_or(0.0, |&far| {
             squared(tree.points_mm()[at as usize], tree.points_mm()[far as usize])

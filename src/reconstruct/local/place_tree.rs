@@ -293,4 +293,4 @@ const MARGIN: f64 = 1e-12;
 /// The least side of the first cell, of the largest coordinate: doubling it must change it.
 const LEAST_OF_FARTHEST: f64 = 1e-6;
 /// Points in a leaf.
-const LEAF: usize = 16;
+pub(super) const LEAF: usize = 16;

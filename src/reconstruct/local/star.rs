@@ -48,6 +48,8 @@ pub(super) struct Room {
     sides: Vec<Half>,
     near_ties: Vec<Half>,
     ring: Vec<Half>,
+    /// Near ties that are not in the ring, by number.
+    ties: Vec<usize>,
     /// Near ties, and the sides of the ring after which they may stand, by number.
     gaps: Vec<(usize, usize)>,
 }
@@ -165,7 +167,8 @@ impl Maker<'_> {
             ring.push(side);
             before = side.of;
         }
-        let mut rule = Rule { maker: self, at, asked: &mut room.asked, gaps: &mut room.gaps };
+        let Room { asked, gaps, ties, .. } = room;
+        let mut rule = Rule { maker: self, at, asked, gaps, ties };
         let mut from = 0;
         for _ in 0..MOST_FLIPS {
             let flipped = rule.remove_one(limit, ring, from);
@@ -184,6 +187,7 @@ struct Rule<'a> {
     at: u32,
     asked: &'a mut Vec<u32>,
     gaps: &'a mut Vec<(usize, usize)>,
+    ties: &'a mut Vec<usize>,
 }
 
 impl Rule<'_> {
@@ -214,15 +218,22 @@ impl Rule<'_> {
         near_ties: &[Half],
     ) -> Option<usize> {
         self.gaps.clear();
+        let is_there = |tie: &Half| ring.iter().any(|half| half.of == tie.of);
+        self.ties.clear();
+        self.ties.extend((0..near_ties.len()).filter(|&number| !is_there(&near_ties[number])));
+        if self.ties.is_empty() {
+            return None;
+        }
         for index in 0..ring.len() {
             let (q, r) = (ring[index], ring[wrapped(index + 1, ring.len())]);
             let Some(corner) = corner_within(q, r, limit).filter(|_| q.of != GAP && r.of != GAP)
             else {
                 continue;
             };
-            for (number, tie) in near_ties.iter().enumerate() {
+            for &number in &*self.ties {
+                let tie = near_ties[number];
                 let is_between = q.x * tie.y > q.y * tie.x && tie.x * r.y > tie.y * r.x;
-                if is_between && touches(*tie, corner) {
+                if is_between && touches(tie, corner) {
                     self.gaps.push((number, index));
                 }
             }
@@ -233,8 +244,7 @@ impl Rule<'_> {
             let (number, index) = self.gaps[at];
             let tie = near_ties[number];
             let sides = [ring[index].of, ring[wrapped(index + 1, ring.len())].of];
-            let is_there = ring.iter().any(|half| half.of == tie.of);
-            if !is_there && self.has_edge(tie.of, sides) == Some(true) {
+            if self.has_edge(tie.of, sides) == Some(true) {
                 ring.insert(index + 1, tie);
                 return Some(index + 1);
             }
