@@ -15,7 +15,7 @@ use super::near_lists::{self, NearLists};
 use super::normals::{self, NEAREST, Places as _, TangentPlane};
 use super::place_tree::{Inserted, LEAF, NewInLeaf, PlaceTree, Sight};
 use super::star::{self, Maker};
-use super::stars::{Exchange, Facet, Stars, sort, sorted};
+use super::stars::{self, Exchange, Facet, Stars, sort, sorted};
 use super::{MOST_POINTS, TooManyPoints};
 use crate::geometry::{gap, squared};
 use crate::neighbours::Near;
@@ -135,22 +135,38 @@ struct Doubts {
     planes: Vec<u32>,
     /// Points whose stars may change, each once, in any order.
     stars: Vec<u32>,
+    /// Room for what leaves a list of neighbours.
+    lost: Vec<u32>,
 }
 
-/// Marks of points, by the number of the batch, so that each is listed once.
+/// Marks of points, by the number of a list, so that each is in it once.
 #[derive(Clone, Debug, Default)]
 struct Listed {
-    batch: u32,
+    list: u32,
     last: Vec<u32>,
 }
 
 impl Listed {
-    /// Adds points to a list that are not in it in this batch.
+    /// Begins a list of some of so many points.
+    fn begin(&mut self, points: usize) {
+        self.list += 1;
+        self.last.resize(points, 0);
+    }
+
+    /// Adds points to the list that are not in it.
     fn add(&mut self, to: &mut Vec<u32>, points: impl IntoIterator<Item = u32>) {
         to.extend(points.into_iter().filter(|&at| {
             let last = &mut self.last[at as usize];
-            std::mem::replace(last, self.batch) != self.batch
+            std::mem::replace(last, self.list) != self.list
         }));
+    }
+
+    fn mark(&mut self, at: u32) {
+        self.last[at as usize] = self.list;
+    }
+
+    fn has(&self, at: u32) -> bool {
+        self.last[at as usize] == self.list
     }
 }
 
@@ -175,7 +191,7 @@ impl LocalSurface {
         let numbered = |facets: Vec<Facet>| {
             let ids = |facet: Facet| sorted(facet.map(|corner| self.tree.ids[corner as usize]));
             let mut facets: Vec<Facet> = facets.into_iter().map(ids).collect();
-            facets.sort_unstable();
+            stars::sort_facets(&mut facets);
             facets
         };
         let Exchange { added, removed } = exchange;
@@ -213,8 +229,7 @@ impl LocalSurface {
     fn doubts(&mut self, inserted: &Inserted) -> Doubts {
         let before = self.planes.len() as u32;
         let mut doubts = Doubts::default();
-        self.listed.batch += 1;
-        self.listed.last.resize(self.tree.len(), 0);
+        self.listed.begin(self.tree.len());
         let mut seen = Vec::new();
         for leaves in inserted.leaves.chunks(LEAVES_HELD) {
             for Asked { lists, seen: own, stars } in self.asked(leaves) {
@@ -252,8 +267,9 @@ impl LocalSurface {
     fn take_new(&mut self, group: &[Seen], doubts: &mut Doubts) {
         let at = group[0].earlier();
         let LocalSurface { tree, near, .. } = self;
-        let mut lost = Vec::new();
-        let is_changed = near.take(tree, at, group.iter().flat_map(|seen| seen.points()), &mut lost);
+        let lost = &mut doubts.lost;
+        lost.clear();
+        let is_changed = near.take(tree, at, group.iter().flat_map(|seen| seen.points()), lost);
         let own = near.of(at);
         let far_mm2 = own.last().map_or(0.0, |&far| {
             squared(tree.points_mm()[at as usize], tree.points_mm()[far as usize])
@@ -264,13 +280,13 @@ impl LocalSurface {
         }
         if self.is_asked[at as usize] {
             // They asked for this plane and are no more told by the list: they ask again.
-            self.listed.add(&mut doubts.stars, lost);
+            self.listed.add(&mut doubts.stars, lost.iter().copied());
         }
     }
 
     /// Fits the planes in doubt; gives the stars in doubt and, first, the points whose planes changed.
     fn fit_planes(&mut self, doubts: Doubts) -> (Vec<u32>, Vec<u32>) {
-        let Doubts { planes: doubtful, stars: mut doubtful_stars } = doubts;
+        let Doubts { planes: doubtful, stars: mut doubtful_stars, .. } = doubts;
         let mut changed = Vec::new();
         for points in doubtful.chunks(POINTS_HELD) {
             let (tree, near) = (&self.tree, &self.near);
@@ -348,8 +364,14 @@ impl LocalSurface {
                 }
             }
         }
-        let exchange = self.stars.agree(&changed, marked);
-        let points = self.changed_points(&exchange, changed_planes);
+        self.listed.begin(self.tree.len());
+        changed.iter().for_each(|&at| self.listed.mark(at));
+        let exchange = self.stars.agree(&changed, marked, |at| self.listed.has(at));
+        self.listed.begin(self.tree.len());
+        changed_planes.iter().for_each(|&at| self.listed.mark(at));
+        let mut points = changed_planes;
+        self.listed.add(&mut points, exchange.facets().flatten());
+        sort(&mut points);
         let borders =
             Borders { points_mm: self.tree.points_mm(), planes: &self.planes, stars: &self.stars };
         let surface = Surface { tree: &self.tree, borders };
@@ -359,17 +381,6 @@ impl LocalSurface {
         added.extend(mended.added);
         removed.extend(mended.removed);
         Exchange::of(added, removed)
-    }
-
-    /// Points at which facets or planes changed, in ascending order.
-    fn changed_points(&self, exchange: &Exchange, changed_planes: Vec<u32>) -> Vec<u32> {
-        let mut points = changed_planes;
-        if points.len() < self.tree.len() {
-            points.extend(exchange.facets().flatten());
-            sort(&mut points);
-            points.dedup();
-        }
-        points
     }
 }
 
