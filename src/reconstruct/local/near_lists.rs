@@ -25,6 +25,8 @@ pub(super) struct Room {
     /// Places of the gathered points.
     places_mm: Vec<PointMm>,
     keys: Vec<u64>,
+    /// The square of the distance of the last of the nearest, of the point before, mm².
+    far_mm2: f64,
 }
 
 impl Room {
@@ -40,6 +42,19 @@ impl Room {
             }
             is_near
         });
+    }
+
+    /// Takes keys of what was gathered, but for a point itself and what is farther from it than the root of a limit; gives how many.
+    fn take_keys(&mut self, place: PointMm, at: u32, limit_mm2: f64) -> usize {
+        // Written first and counted then: what is near is in no order that a processor could foresee.
+        self.keys.resize(self.places_mm.len(), 0);
+        let mut count = 0;
+        for (&other, &point) in self.gathered.iter().zip(&self.places_mm) {
+            let square = squared(place, point);
+            self.keys[count] = square.to_bits() & !NUMBER | u64::from(other);
+            count += usize::from(square <= limit_mm2 && other != at);
+        }
+        count
     }
 }
 
@@ -178,13 +193,10 @@ pub(super) fn ask_together(
 fn select(tree: &PlaceTree, at: u32, limit_mm2: f64, room: &mut Room) -> ([u32; NEAREST], f64) {
     let points = tree.points_mm();
     let place = points[at as usize];
-    // Written first and counted then: what is near is in no order that a processor could foresee.
-    room.keys.resize(room.places_mm.len(), 0);
-    let mut count = 0;
-    for (&other, &point) in room.gathered.iter().zip(&room.places_mm) {
-        let square = squared(place, point);
-        room.keys[count] = square.to_bits() & !NUMBER | u64::from(other);
-        count += usize::from(square <= limit_mm2 && other != at);
+    // Few lie farther than the last of the point before: the fewer are sorted the better.
+    let mut count = room.take_keys(place, at, limit_mm2.min(FARTHER * room.far_mm2));
+    if count < NEAREST {
+        count = room.take_keys(place, at, limit_mm2);
     }
     let keys = &mut room.keys[..count];
     keys.sort_unstable();
@@ -204,8 +216,12 @@ fn select(tree: &PlaceTree, at: u32, limit_mm2: f64, room: &mut Room) -> ([u32; 
         *to = number(key);
     }
     let last = keys[..count.min(NEAREST)].last();
-    (list, last.map_or(0.0, |&key| near(key).0))
+    room.far_mm2 = last.map_or(0.0, |&key| near(key).0);
+    (list, room.far_mm2)
 }
+
+/// Of the square of the distance of the last: within it that of the next point lies, but for few.
+const FARTHER: f64 = 1.5;
 
 /// The bits of a key that are the number of a point.
 const NUMBER: u64 = (1 << 24) - 1;
