@@ -55,18 +55,21 @@ pub(crate) fn finished(
 
 /// Facets in ascending order of the smallest, turned so that neighbours agree.
 pub(crate) fn in_order(points_mm: &[PointMm], mut facets: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
-    for facet in &mut facets {
+    facets.par_iter_mut().with_min_len(FACETS_AT_ONCE).for_each(|facet| {
         let least = (0..3).min_by_key(|&corner| facet[corner]).unwrap_or(0);
         facet.rotate_left(least);
         // Sorted before they are turned, so that what is turned does not depend on the method.
         if facet[1] > facet[2] {
             facet.swap(1, 2);
         }
-    }
+    });
     facets.par_sort_unstable();
     orient(points_mm, &mut facets);
     facets
 }
+
+/// Facets that a thread takes in turn.
+const FACETS_AT_ONCE: usize = 1 << 12;
 
 /// A surface of facets by vertices of a triangulation; vertices without a facet are left out for one reason.
 pub(crate) fn of_vertices(

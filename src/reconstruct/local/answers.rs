@@ -45,8 +45,7 @@ impl LocalSurface {
     /// The surface of all points, where no more will come: takes less memory than [`LocalSurface::surface`].
     pub fn into_surface(self) -> Reconstruction {
         let unturned = self.unturned();
-        drop(self);
-        unturned.turned()
+        rayon::join(|| drop(self), || unturned.turned()).1
     }
 
     /// The surface of all points up to now, as [`local`](super::local()) gives it of their places in order. n·log n time.
@@ -91,9 +90,9 @@ impl LocalSurface {
         let mut facets: Vec<Facet> = Vec::with_capacity(2 * self.tree.len());
         facets.extend(self.stars.facets());
         facets.extend(self.mending.facets());
-        for corner in facets.as_flattened_mut() {
-            *corner = numbers[*corner as usize];
-        }
+        facets.par_iter_mut().with_min_len(FACETS_AT_ONCE).for_each(|facet| {
+            *facet = facet.map(|corner| numbers[corner as usize]);
+        });
         facets
     }
 
@@ -114,3 +113,6 @@ impl LocalSurface {
             .collect()
     }
 }
+
+/// Facets that a thread takes in turn.
+const FACETS_AT_ONCE: usize = 1 << 12;
