@@ -290,25 +290,22 @@ impl LocalSurface {
         let mut changed = Vec::new();
         for points in doubtful.chunks(POINTS_HELD) {
             let (tree, near) = (&self.tree, &self.near);
-            let fits: Vec<normals::Fit> = points
-                .par_chunks(POINTS_AT_ONCE)
-                .flat_map_iter(|points| {
-                    let (mut room, mut list): (Vec<Near>, Vec<Near>) = Default::default();
-                    let fit = |&at: &u32| {
-                        near.with_squares(tree, at, &mut list);
-                        normals::fit(tree, at, &list, &mut room)
-                    };
-                    points.iter().map(fit).collect::<Vec<_>>()
-                })
-                .collect();
-            for (&at, fit) in points.iter().zip(&fits) {
+            let fit = |points: &[u32]| {
+                let mut room: Vec<Near> = Vec::new();
+                let fit = |&at: &u32| normals::fit(tree, at, near.of(at), &mut room);
+                points.iter().map(fit).collect()
+            };
+            let fits: Vec<Vec<normals::Fit>> =
+                points.par_chunks(POINTS_AT_ONCE).map(fit).collect();
+            let fits = || points.iter().zip(fits.iter().flatten());
+            for (&at, fit) in fits() {
                 let own = &mut self.planes[at as usize];
                 if *own != fit.plane {
                     *own = fit.plane;
                     changed.push(at);
                 }
             }
-            let sights = points.iter().zip(&fits).map(|(&at, fit)| (at, fit.sight_mm2));
+            let sights = fits().map(|(&at, fit)| (at, fit.sight_mm2));
             self.tree.set_sights(Sight::Plane, sights);
         }
         for &at in changed.iter().filter(|&&at| self.is_asked[at as usize]) {
@@ -338,16 +335,15 @@ impl LocalSurface {
                 planes: &self.planes,
                 stars: &self.stars,
             };
-            let made: Vec<star::Star> = points
-                .par_chunks(POINTS_AT_ONCE)
-                .flat_map_iter(|points| {
-                    let mut room = star::Room::default();
-                    points.iter().map(|&at| maker.star(at, &mut room)).collect::<Vec<_>>()
-                })
-                .collect();
-            let sights = points.iter().zip(&made).map(|(&at, star)| (at, star.sight_mm2));
+            let make = |points: &[u32]| {
+                let mut room = star::Room::default();
+                points.iter().map(|&at| maker.star(at, &mut room)).collect()
+            };
+            let made: Vec<Vec<star::Star>> =
+                points.par_chunks(POINTS_AT_ONCE).map(make).collect();
+            let sights = points.iter().zip(made.iter().flatten()).map(|(&at, star)| (at, star.sight_mm2));
             self.tree.set_sights(Sight::Star, sights);
-            for (&at, star) in points.iter().zip(made) {
+            for (&at, star) in points.iter().zip(made.into_iter().flatten()) {
                 self.asked_mm2[at as usize] = star.asked_mm2;
                 for other in star.asked {
                     self.is_asked[other as usize] = true;

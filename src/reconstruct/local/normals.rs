@@ -2,7 +2,7 @@
 
 use asphera_geometry::PointMm;
 
-use crate::geometry::{cross, dot, minus, unit};
+use crate::geometry::{cross, dot, minus, squared, unit};
 use crate::neighbours::{Near, Neighbours};
 
 /// A tangent plane, and how far its point looks.
@@ -22,7 +22,12 @@ pub(crate) trait Places {
 
 /// The planes of all points; `None` where the neighbours lie on a line.
 pub(crate) fn of(tree: &Neighbours) -> Vec<Option<TangentPlane>> {
-    tree.map_nearest(NEAREST, |at, near, room| fit(tree, at, near, room).plane)
+    tree.map_nearest(NEAREST, |at, near, room: &mut (Vec<u32>, Vec<Near>)| {
+        let (numbers, wider) = room;
+        numbers.clear();
+        numbers.extend(near.iter().map(|&(_, other)| other));
+        fit(tree, at, numbers, wider).plane
+    })
 }
 
 /// The plane of a point, and what it depends on.
@@ -33,16 +38,17 @@ pub(super) struct Fit {
     pub(super) sight_mm2: f64,
 }
 
-/// The plane of a point with its nearest neighbours.
-pub(super) fn fit(places: &impl Places, at: u32, near: &[Near], room: &mut Vec<Near>) -> Fit {
+/// The plane of a point with its nearest neighbours, the nearest first.
+pub(super) fn fit(places: &impl Places, at: u32, near: &[u32], room: &mut Vec<Near>) -> Fit {
     let points_mm = places.points_mm();
-    let far = near.last().map_or(0.0, |&(far, _)| far);
+    let place = points_mm[at as usize];
+    let far = near.last().map_or(0.0, |&last| squared(place, points_mm[last as usize]));
     let of = |normal: PointMm, reach_mm: f64, sight_mm2: f64| Fit {
         plane: Some(TangentPlane { normal, reach_mm: REACH * reach_mm }),
         // Of fewer neighbours than are asked for, the next one counts wherever it is.
         sight_mm2: if near.len() < NEAREST { f64::INFINITY } else { sight_mm2 },
     };
-    if let Some(normal) = fitted(points_mm, at, near) {
+    if let Some(normal) = fitted(points_mm, place, near.iter().copied(), far) {
         return of(normal, far.sqrt(), far);
     }
     let none = |sight_mm2: f64| Fit { plane: None, sight_mm2 };
@@ -55,7 +61,9 @@ pub(super) fn fit(places: &impl Places, at: u32, near: &[Near], room: &mut Vec<N
         reach_mm *= 2.0;
         places.within(at, reach_mm, room);
         let sight_mm2 = (reach_mm * reach_mm).max(far);
-        if let Some(normal) = fitted(points_mm, at, room) {
+        let wider_mm2 = room.last().map_or(0.0, |&(far, _)| far);
+        let others = room.iter().map(|&(_, other)| other);
+        if let Some(normal) = fitted(points_mm, place, others, wider_mm2) {
             return of(normal, reach_mm, sight_mm2);
         }
         if room.len() + 1 >= MOST_IN_A_ROW {
@@ -73,19 +81,26 @@ pub(super) fn is_of_nearest(plane: Option<TangentPlane>, far_mm2: f64) -> bool {
     plane.is_some_and(|plane| plane.reach_mm == REACH * far_mm2.sqrt())
 }
 
-/// The direction of least spread; `None` where the points spread along one line only.
-fn fitted(points_mm: &[PointMm], at: u32, near: &[Near]) -> Option<PointMm> {
-    let origin = points_mm[at as usize];
-    let scale = 1.0 / near.last()?.0.sqrt();
+/// The direction of least spread; `None` where the points spread along one line only. The last is at the square of a distance.
+fn fitted(
+    points_mm: &[PointMm],
+    origin: PointMm,
+    near: impl ExactSizeIterator<Item = u32>,
+    far_mm2: f64,
+) -> Option<PointMm> {
+    if near.len() == 0 {
+        return None;
+    }
+    let count = near.len() as f64 + 1.0;
+    let scale = 1.0 / far_mm2.sqrt();
     let (mut mean, mut squares) = ([0.0; 3], [0.0; 6]);
-    for &(_, other) in near {
+    for other in near {
         let [x, y, z] = minus(points_mm[other as usize], origin).map(|side| side * scale);
         mean = [mean[0] + x, mean[1] + y, mean[2] + z];
         for (sum, term) in squares.iter_mut().zip([x * x, y * y, z * z, x * y, y * z, z * x]) {
             *sum += term;
         }
     }
-    let count = near.len() as f64 + 1.0;
     let [x, y, z] = mean.map(|sum| sum / count);
     let terms = [x * x, y * y, z * z, x * y, y * z, z * x];
     let [xx, yy, zz, xy, yz, zx] = std::array::from_fn(|i| squares[i] / count - terms[i]);

@@ -92,7 +92,7 @@ impl Stars {
             let pairs = if ring.len() == 2 { 1 } else { ring.len() };
             for at in (0..pairs).filter(|&at| ring[at] & MARK == 0) {
                 let (q, r) =
-                    (ring[at], neighbour(ring[if at + 1 < ring.len() { at + 1 } else { 0 }]));
+                    (ring[at], neighbour(ring[after(at, ring.len())]));
                 let is_facet = q != GAP && r != GAP && q != r;
                 // Of corners that changed, the first tells it.
                 let is_first = || [q, r].into_iter().all(|other| p < other || !is_changed(other));
@@ -148,10 +148,10 @@ impl Stars {
         let ring = &self.rings[at as usize];
         let len = ring.len();
         (0..len).filter_map(move |index| {
-            let (before, own) = (ring[(index + len - 1) % len], ring[index]);
+            let (before, own) = (ring[if index > 0 { index } else { len } - 1], ring[index]);
             let third = match (before & MARK != 0, own & MARK != 0) {
                 (true, false) => before,
-                (false, true) => ring[(index + 1) % len],
+                (false, true) => ring[after(index, len)],
                 _ => return None,
             };
             Some(Border { end: neighbour(own), third: neighbour(third) })
@@ -170,18 +170,23 @@ impl Stars {
 fn marks(ring: &[u32]) -> impl Iterator<Item = [u32; 2]> + '_ {
     (0..ring.len())
         .filter(|&at| ring[at] & MARK != 0)
-        .map(|at| [neighbour(ring[at]), neighbour(ring[(at + 1) % ring.len()])])
+        .map(|at| [neighbour(ring[at]), neighbour(ring[after(at, ring.len())])])
 }
 
 /// Where two neighbours follow each other in a ring, whichever is first.
 fn slot(ring: &[u32], a: u32, b: u32) -> Option<usize> {
     let mut before = ring.iter().position(|&entry| neighbour(entry) == a)?;
-    let next = if before + 1 < ring.len() { before + 1 } else { 0 };
+    let next = after(before, ring.len());
     if neighbour(ring[next]) == b {
         return Some(before);
     }
     before = if before > 0 { before } else { ring.len() } - 1;
     (neighbour(ring[before]) == b).then_some(before)
+}
+
+/// The next place in a ring.
+fn after(index: usize, len: usize) -> usize {
+    if index + 1 < len { index + 1 } else { 0 }
 }
 
 fn neighbour(entry: u32) -> u32 {
