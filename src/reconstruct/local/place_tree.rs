@@ -145,38 +145,50 @@ impl PlaceTree {
         }
     }
 
-    fn descend(&mut self, node: u32, cell: Cell, batch: &mut [Numbered], inserted: &mut Inserted) {
+    /// Takes points below a node; gives their box.
+    fn descend(
+        &mut self,
+        node: u32,
+        cell: Cell,
+        batch: &mut [Numbered],
+        inserted: &mut Inserted,
+    ) -> BoxMm {
         if batch.is_empty() {
-            return;
+            return BoxMm::EMPTY;
         }
-        let own = &mut self.nodes[node as usize];
-        own.bounds = joined(&own.bounds, &BoxMm::about(batch.iter().map(|&(place, _)| place)));
-        match own.content {
-            Content::Split { low, high, axis, at_mm } => {
-                let axis = usize::from(axis);
-                let count = partition(batch, axis, at_mm);
-                let (below, above) = batch.split_at_mut(count);
-                let (mut low_cell, mut high_cell) = (cell, cell);
-                low_cell.high[axis] = at_mm;
-                high_cell.low[axis] = at_mm;
-                self.descend(low, low_cell, below, inserted);
-                self.descend(high, high_cell, above, inserted);
+        if let Content::Leaf { len, .. } = self.nodes[node as usize].content {
+            let whole = BoxMm::about(batch.iter().map(|&(place, _)| place));
+            self.widen(node, &whole);
+            let is_one_place = batch.iter().all(|&(place, _)| place == batch[0].0);
+            if len as usize + if is_one_place { 1 } else { batch.len() } <= LEAF {
+                self.fill(node, batch, inserted);
+                return whole;
             }
-            Content::Leaf { len, .. } => {
-                let is_one_place = batch.iter().all(|&(place, _)| place == batch[0].0);
-                if len as usize + if is_one_place { 1 } else { batch.len() } <= LEAF {
-                    return self.fill(node, batch, inserted);
-                }
-                match self.middle(node, &cell) {
-                    Some((axis, at_mm)) => {
-                        self.split(node, axis, at_mm);
-                        self.descend(node, cell, batch, inserted);
-                    }
-                    // A cell that cannot be halved holds one place, which is there.
-                    None => inserted.duplicates.extend(batch.iter().map(|&(_, id)| id)),
-                }
-            }
+            let Some((axis, at_mm)) = self.middle(node, &cell) else {
+                // A cell that cannot be halved holds one place, which is there.
+                inserted.duplicates.extend(batch.iter().map(|&(_, id)| id));
+                return whole;
+            };
+            self.split(node, axis, at_mm);
         }
+        let Content::Split { low, high, axis, at_mm } = self.nodes[node as usize].content else {
+            return BoxMm::EMPTY;
+        };
+        let axis = usize::from(axis);
+        let count = partition(batch, axis, at_mm);
+        let (below, above) = batch.split_at_mut(count);
+        let (mut low_cell, mut high_cell) = (cell, cell);
+        low_cell.high[axis] = at_mm;
+        high_cell.low[axis] = at_mm;
+        let below = self.descend(low, low_cell, below, inserted);
+        let whole = joined(&below, &self.descend(high, high_cell, above, inserted));
+        self.widen(node, &whole);
+        whole
+    }
+
+    fn widen(&mut self, node: u32, own: &BoxMm) {
+        let bounds = &mut self.nodes[node as usize].bounds;
+        *bounds = joined(bounds, own);
     }
 
     /// Puts points into a leaf that has room for all their places.
