@@ -71,14 +71,17 @@ impl Seen {
 
     /// The new points, in ascending order.
     fn points(self) -> impl Iterator<Item = u32> {
-        let from = (self.0 >> 16) as u32 & NUMBER;
-        (0..LEAF as u32).filter(move |at| self.0 >> at & 1 == 1).map(move |at| from + at)
+        let (from, mask) = ((self.0 >> 16) as u32 & NUMBER, self.0 as u16);
+        let without_first = |&mask: &u16| Some(mask & (mask - 1)).filter(|&mask| mask > 0);
+        std::iter::successors(Some(mask), without_first)
+            .map(move |mask| from + mask.trailing_zeros())
     }
 }
 
 /// The bits of a number of a point.
 const NUMBER: u32 = (1 << 24) - 1;
-const _: () = assert!(MOST_POINTS <= NUMBER as usize && LEAF <= 16, "one number must hold them all");
+const _: () =
+    assert!(MOST_POINTS <= NUMBER as usize && LEAF <= 16, "one number must hold them all");
 
 /// Answers to the new points of some leaves.
 #[derive(Default)]
@@ -295,8 +298,7 @@ impl LocalSurface {
                 let fit = |&at: &u32| normals::fit(tree, at, near.of(at), &mut room);
                 points.iter().map(fit).collect()
             };
-            let fits: Vec<Vec<normals::Fit>> =
-                points.par_chunks(POINTS_AT_ONCE).map(fit).collect();
+            let fits: Vec<Vec<normals::Fit>> = points.par_chunks(POINTS_AT_ONCE).map(fit).collect();
             let fits = || points.iter().zip(fits.iter().flatten());
             for (&at, fit) in fits() {
                 let own = &mut self.planes[at as usize];
@@ -339,9 +341,9 @@ impl LocalSurface {
                 let mut room = star::Room::default();
                 points.iter().map(|&at| maker.star(at, &mut room)).collect()
             };
-            let made: Vec<Vec<star::Star>> =
-                points.par_chunks(POINTS_AT_ONCE).map(make).collect();
-            let sights = points.iter().zip(made.iter().flatten()).map(|(&at, star)| (at, star.sight_mm2));
+            let made: Vec<Vec<star::Star>> = points.par_chunks(POINTS_AT_ONCE).map(make).collect();
+            let sights =
+                points.iter().zip(made.iter().flatten()).map(|(&at, star)| (at, star.sight_mm2));
             self.tree.set_sights(Sight::Star, sights);
             for (&at, star) in points.iter().zip(made.into_iter().flatten()) {
                 self.asked_mm2[at as usize] = star.asked_mm2;

@@ -225,7 +225,8 @@ const FARTHER: f64 = 1.5;
 
 /// The bits of a key that are the number of a point.
 const NUMBER: u64 = (1 << 24) - 1;
-const _: () = assert!(MOST_POINTS as u64 <= NUMBER, "a key must have room for the number of every point");
+const _: () =
+    assert!(MOST_POINTS as u64 <= NUMBER, "a key must have room for the number of every point");
 /// More points than any leaf needs that lies in a surface: so many are gathered where points are far from each other.
 const MOST_GATHERED: usize = 600;
 const NONE: u32 = u32::MAX;

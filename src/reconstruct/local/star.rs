@@ -52,7 +52,11 @@ pub(super) struct Room {
     ties: Vec<usize>,
     /// Near ties, and the sides of the ring after which they may stand, by number.
     gaps: Vec<(usize, usize)>,
+    answers: Vec<Answer>,
 }
+
+/// A neighbour and the sides of its edge, ascending, and what the rule says of it: it is asked again after a flip.
+type Answer = ((u32, u32, u32), Option<bool>);
 
 /// A half-plane of the cell: x·a + y·b ≤ offset.
 #[derive(Clone, Copy, Default)]
@@ -126,18 +130,24 @@ impl Maker<'_> {
                 (middle, radius * radius)
             }));
             let (within, known) = ((place, sight_mm2), (place, seen));
-            self.tree.gather_in_balls(&room.balls, within, known, &mut room.waiting, &mut |other| {
-                let square = squared(place, points_mm[other as usize]);
-                // Nearer ones are known, and this point itself.
-                if square < seen || square > sight_mm2 || other == at {
-                    return;
-                }
-                let own = (square, other);
-                let is_known = square == seen && near.iter().any(|near| near.1 == other);
-                if !is_known && is_near(&room.cell, half(&own)) {
-                    wider.push(own);
-                }
-            });
+            self.tree.gather_in_balls(
+                &room.balls,
+                within,
+                known,
+                &mut room.waiting,
+                &mut |other| {
+                    let square = squared(place, points_mm[other as usize]);
+                    // Nearer ones are known, and this point itself.
+                    if square < seen || square > sight_mm2 || other == at {
+                        return;
+                    }
+                    let own = (square, other);
+                    let is_known = square == seen && near.iter().any(|near| near.1 == other);
+                    if !is_known && is_near(&room.cell, half(&own)) {
+                        wider.push(own);
+                    }
+                },
+            );
             wider.sort_unstable_by(|a, b| self.tree.order(a, b));
             cut_all(room, wider.iter().map(half), reach);
             room.wider = wider;
@@ -167,8 +177,9 @@ impl Maker<'_> {
             ring.push(side);
             before = side.of;
         }
-        let Room { asked, gaps, ties, .. } = room;
-        let mut rule = Rule { maker: self, at, asked, gaps, ties };
+        let Room { asked, gaps, ties, answers, .. } = room;
+        answers.clear();
+        let mut rule = Rule { maker: self, at, asked, gaps, ties, answers };
         let mut from = 0;
         for _ in 0..MOST_FLIPS {
             let flipped = rule.remove_one(limit, ring, from);
@@ -188,6 +199,7 @@ struct Rule<'a> {
     asked: &'a mut Vec<u32>,
     gaps: &'a mut Vec<(usize, usize)>,
     ties: &'a mut Vec<usize>,
+    answers: &'a mut Vec<Answer>,
 }
 
 impl Rule<'_> {
@@ -253,8 +265,14 @@ impl Rule<'_> {
     }
 
     fn has_edge(&mut self, over: u32, sides: [u32; 2]) -> Option<bool> {
+        let own = (over, sides[0].min(sides[1]), sides[0].max(sides[1]));
+        if let Some(&(_, is_there)) = self.answers.iter().find(|answer| answer.0 == own) {
+            return is_there;
+        }
         let Maker { tree, planes, .. } = self.maker;
-        diagonal(tree.points_mm(), planes, [self.at, over], sides, self.asked)
+        let is_there = diagonal(tree.points_mm(), planes, [self.at, over], sides, self.asked);
+        self.answers.push((own, is_there));
+        is_there
     }
 }
 

@@ -33,7 +33,12 @@ impl Exchange {
             return Exchange { added, removed };
         }
         let without = |from: &[Facet], what: &[Facet]| {
-            from.iter().filter(|facet| what.binary_search(facet).is_err()).copied().collect()
+            let mut what = what.iter().copied().peekable();
+            let mut is_there = |facet: &Facet| {
+                while what.next_if(|other| number(other) < number(facet)).is_some() {}
+                what.peek() == Some(facet)
+            };
+            from.iter().filter(|facet| !is_there(facet)).copied().collect()
         };
         Exchange { added: without(&added, &removed), removed: without(&removed, &added) }
     }
@@ -91,8 +96,7 @@ impl Stars {
             // In a ring of two both pairs are one facet.
             let pairs = if ring.len() == 2 { 1 } else { ring.len() };
             for at in (0..pairs).filter(|&at| ring[at] & MARK == 0) {
-                let (q, r) =
-                    (ring[at], neighbour(ring[after(at, ring.len())]));
+                let (q, r) = (ring[at], neighbour(ring[after(at, ring.len())]));
                 let is_facet = q != GAP && r != GAP && q != r;
                 // Of corners that changed, the first tells it.
                 let is_first = || [q, r].into_iter().all(|other| p < other || !is_changed(other));
@@ -198,9 +202,13 @@ pub(super) fn sorted(mut facet: Facet) -> Facet {
     facet
 }
 
-/// Sorts facets by their corners, which compares faster as one number.
+/// A facet as one number, which is compared faster.
+fn number(&[a, b, c]: &Facet) -> u128 {
+    u128::from(a) << 64 | u128::from(b) << 32 | u128::from(c)
+}
+
+/// Sorts facets by their corners.
 pub(super) fn sort_facets(facets: &mut [Facet]) {
-    let number = |&[a, b, c]: &Facet| u128::from(a) << 64 | u128::from(b) << 32 | u128::from(c);
     if facets.len() < SORTED_ALONE || rayon::current_num_threads() == 1 {
         facets.sort_unstable_by_key(number);
     } else {
