@@ -31,8 +31,8 @@ impl<const D: usize> BoundsMm<D> {
     #[inline(always)]
     pub fn add(&mut self, place: [f64; D]) {
         // One instruction each, where `f64::min` takes four. NaN is never below or above.
-        for axis in 0..D {
-            let (value, low, high) = (place[axis], self.low[axis], self.high[axis]);
+        for (axis, value) in place.into_iter().enumerate() {
+            let (low, high) = (self.low[axis], self.high[axis]);
             self.low[axis] = if value < low { value } else { low };
             self.high[axis] = if value > high { value } else { high };
         }

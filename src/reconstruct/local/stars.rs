@@ -14,6 +14,13 @@ pub(super) struct Stars {
     rings: Vec<Box<[u32]>>,
 }
 
+/// Facets in which all corners agree, and the places in rings that stand for them.
+#[derive(Default)]
+struct Agreed {
+    facets: Vec<Facet>,
+    marks: Vec<(u32, usize)>,
+}
+
 /// Facets by numbers of the tree, corners ascending.
 pub(super) type Facet = [u32; 3];
 
@@ -88,51 +95,55 @@ impl Stars {
         sort_facets(&mut lost);
         lost.dedup();
         for &facet in &lost {
-            self.mark(facet, false);
+            self.unmark(facet);
         }
-        let rings = &self.rings;
-        let find = |found: &mut Vec<Facet>, p: u32| {
-            let ring = &rings[p as usize];
-            // In a ring of two both pairs are one facet.
-            let pairs = if ring.len() == 2 { 1 } else { ring.len() };
-            for at in (0..pairs).filter(|&at| ring[at] & MARK == 0) {
-                let (q, r) = (ring[at], neighbour(ring[after(at, ring.len())]));
-                let is_facet = q != GAP && r != GAP && q != r;
-                // Of corners that changed, the first tells it.
-                let is_first = || [q, r].into_iter().all(|other| p < other || !is_changed(other));
-                if is_facet
-                    && is_first()
-                    && slot(&rings[q as usize], p, r).is_some()
-                    && slot(&rings[r as usize], p, q).is_some()
-                {
-                    found.push(sorted([p, q, r]));
-                }
-            }
-        };
-        let find_all = |points: &[u32]| {
-            let mut found = Vec::new();
-            points.iter().for_each(|&p| find(&mut found, p));
-            found
-        };
         let mut found = Vec::new();
         for points in changed.chunks(POINTS_HELD) {
-            let parts: Vec<Vec<Facet>> = points.par_chunks(POINTS_AT_ONCE).map(find_all).collect();
-            found.extend(parts.into_iter().flatten());
+            let find_all = |points: &[u32]| {
+                let mut agreed = Agreed::default();
+                points.iter().for_each(|&p| self.find(p, &is_changed, &mut agreed));
+                agreed
+            };
+            let parts: Vec<Agreed> = points.par_chunks(POINTS_AT_ONCE).map(find_all).collect();
+            for Agreed { facets, marks } in parts {
+                found.extend(facets);
+                marks.into_iter().for_each(|(at, slot)| self.rings[at as usize][slot] |= MARK);
+            }
         }
         sort_facets(&mut found);
         found.dedup();
-        for &facet in &found {
-            self.mark(facet, true);
-        }
         Exchange { added: found, removed: lost }
     }
 
-    fn mark(&mut self, facet: Facet, is_marked: bool) {
+    /// Finds the facets at a point that are agreed and not marked. Of corners that changed, the first tells a facet.
+    fn find(&self, p: u32, is_changed: &impl Fn(u32) -> bool, agreed: &mut Agreed) {
+        let rings = &self.rings;
+        let ring = &rings[p as usize];
+        // In a ring of two both pairs are one facet, marked at either.
+        let pairs = match **ring {
+            [_, last] => usize::from(last & MARK == 0),
+            _ => ring.len(),
+        };
+        for at in (0..pairs).filter(|&at| ring[at] & MARK == 0) {
+            let (q, r) = (ring[at], neighbour(ring[after(at, ring.len())]));
+            let is_first = || [q, r].into_iter().all(|other| p < other || !is_changed(other));
+            if q == GAP || r == GAP || q == r || !is_first() {
+                continue;
+            }
+            let slots = slot(&rings[q as usize], p, r).zip(slot(&rings[r as usize], p, q));
+            if let Some((at_q, at_r)) = slots {
+                agreed.facets.push(sorted([p, q, r]));
+                agreed.marks.extend([(p, at), (q, at_q), (r, at_r)]);
+            }
+        }
+    }
+
+    fn unmark(&mut self, facet: Facet) {
         for corner in 0..3 {
             let [p, q, r] = [facet[corner], facet[(corner + 1) % 3], facet[(corner + 2) % 3]];
             let ring = &mut self.rings[p as usize];
             if let Some(at) = slot(ring, q, r) {
-                ring[at] = if is_marked { ring[at] | MARK } else { neighbour(ring[at]) };
+                ring[at] = neighbour(ring[at]);
             }
         }
     }
