@@ -34,6 +34,12 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
+/// The smaller of two numbers that are numbers.
+#[inline(always)]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
 /// Square of the distance of two boxes.
 #[inline(always)]
 pub(crate) fn gap(a: &BoxMm, b: &BoxMm) -> f64 {
@@ -50,7 +56,7 @@ pub(crate) fn gap(a: &BoxMm, b: &BoxMm) -> f64 {
 #[inline(always)]
 pub(crate) fn joined(a: &BoxMm, b: &BoxMm) -> BoxMm {
     BoxMm {
-        low: [0, 1, 2].map(|axis| -larger(-a.low[axis], -b.low[axis])),
+        low: [0, 1, 2].map(|axis| smaller(a.low[axis], b.low[axis])),
         high: [0, 1, 2].map(|axis| larger(a.high[axis], b.high[axis])),
     }
 }

@@ -220,7 +220,7 @@ fn select(tree: &PlaceTree, at: u32, limit_mm2: f64, room: &mut Room) -> ([u32; 
     (list, room.far_mm2)
 }
 
-/// Of the square of the distance of the last: within it that of the next point lies, but for few.
+/// How far the nearest of a point are looked for first, of the square of the distance of the last of the point before.
 const FARTHER: f64 = 1.5;
 
 /// The bits of a key that are the number of a point.
