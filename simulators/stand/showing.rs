@@ -83,6 +83,17 @@ impl Showing {
         self.between(device, trigger, share.min(1.0))
     }
 
+    /// Whether the scan has been over for a while, so that what lies at its end was seen from both sides.
+    pub(crate) fn is_over(&self) -> bool {
+        let ended = (*self.last()).filter(|(trigger, _)| trigger + 1 >= self.triggers());
+        ended.is_some_and(|(_, at)| at.elapsed() > self.period + REST)
+    }
+
+    /// Whether a device shows something of the scan.
+    pub(crate) fn changes(&self, device: usize) -> bool {
+        self.courses[device].iter().any(Option::is_some)
+    }
+
     /// Time since the devices were switched on, s.
     pub(crate) fn clock_s(&self) -> f64 {
         self.power_on.elapsed().as_secs_f64()
@@ -119,3 +130,6 @@ impl Showing {
         self.last.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
+
+/// How long devices that are asked answer after the scan.
+const REST: Duration = Duration::from_secs(1);

@@ -234,8 +234,10 @@ fn open(
             Line::Asked
         }
         Kind::Voice(frames) | Kind::Stage(_, frames) => {
-            let (voice, queue) =
-                Voice::new(device, ((**frames).clone(), sight.clone()), showing.clone());
+            // A stage answers wherever it stands.
+            let falls_silent = matches!(kind, Kind::Voice(_));
+            let says = ((**frames).clone(), sight.clone());
+            let (voice, queue) = Voice::new(device, says, falls_silent, showing.clone());
             let serving = voice.clone();
             tasks.spawn(async move { connection::serve(&*serving, port, queue).await });
             Line::Voice(voice)

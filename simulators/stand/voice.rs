@@ -16,6 +16,9 @@ pub(crate) struct Voice {
     frames: Frames,
     /// Of a line scanner.
     sight: Option<Sight>,
+    /// Whether it gives no more answers once the scan is over, as what measures by a trigger: else a scan that ends with silence
+    /// would never end.
+    falls_silent: bool,
     showing: Arc<Showing>,
     /// To the connection. While the host does not read, the scan waits.
     sent: mpsc::Sender<Vec<u8>>,
@@ -50,10 +53,25 @@ impl Voice {
     pub(crate) fn new(
         device: usize,
         (frames, sight): (Frames, Option<Sight>),
+        falls_silent: bool,
         showing: Arc<Showing>,
     ) -> (Arc<Voice>, mpsc::Receiver<Vec<u8>>) {
         let (sent, queue) = mpsc::channel(QUEUE);
-        (Arc::new(Voice { device, frames, sight, showing, sent, host: Mutex::default() }), queue)
+        (
+            {
+                let falls_silent = falls_silent && showing.changes(device);
+                Arc::new(Voice {
+                    device,
+                    frames,
+                    sight,
+                    falls_silent,
+                    showing,
+                    sent,
+                    host: Mutex::default(),
+                })
+            },
+            queue,
+        )
     }
 
     /// Whether it sends by itself.
@@ -118,6 +136,7 @@ impl Voice {
         let settings = self.frames.settings();
         let words = |pattern| Example::new(pattern).map(|example| example.text(&|_| None));
         match saying {
+            Saying::Question if self.falls_silent && self.showing.is_over() => Vec::new(),
             Saying::Question => {
                 self.host().answers += 1;
                 self.frame(self.showing.trigger(), &self.showing.now(self.device))

@@ -126,8 +126,9 @@ fn of_two_targets_the_stricter_counts() {
 fn a_plane_has_no_reach_and_a_rho_of_nothing() {
     let plane = "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"circle\"\nradius_mm = 4\n";
     let mut pipeline = Pipeline::new(part(plane, "rho_limit = 1e-6\n"));
-    // Heights that are all one number would hide their noise.
-    raster(101, 0.1).for_each(|[x, y]| pipeline.take_position([x, y, 1e-7 * (x + y)]));
+    // An exact tilt: heights that are all one number would hide their noise.
+    raster(101, 0.125)
+        .for_each(|[x, y]| pipeline.take_position([x, y, (4.0 * x + 5.0 * y) / 4096.0]));
     let found = pipeline.finish().report.sampling;
     assert_eq!((found.reach_mm, found.rho_max), (None, Some(0.0)));
     assert_eq!((found.coverage, found.unknown.len()), (Some(1.0), 0), "{found:?}");
