@@ -133,8 +133,7 @@ fn gap_among(
     border: Option<&Border>,
 ) -> (Gap, Vec<u32>) {
     let pieces = Pieces::of(triangle);
-    let mut sides = Vec::new();
-    let mut samples = triangle.corners_mm().to_vec();
+    let mut parted: Option<Parted<'_>> = None;
     let mut used = Vec::new();
     let mut farthest = gap;
     for _ in 0..MOST_SAMPLES {
@@ -142,61 +141,102 @@ fn gap_among(
         if mm >= farthest.mm * (1.0 - ROUNDING) {
             break;
         }
-        if sides.is_empty() {
-            let corners = triangle.corners_mm().map(place);
-            border.inspect(|border| border.sides_near(corners, &mut sides));
-        }
+        let parted = parted.get_or_insert_with(|| Parted::new(&pieces, triangle, border));
         used.push(index);
-        samples.push(places[index as usize]);
-        let Some(found) = farthest_place(&pieces, &samples, border, &sides) else { break };
+        parted.add(places[index as usize]);
+        let Some(found) = parted.farthest() else { break };
         farthest = found;
     }
     (if farthest.mm < gap.mm { farthest } else { gap }, used)
 }
 
-/// The place of a triangle in the aperture that is farthest from the nearest of some samples.
+/// A triangle parted among samples: each has the places that it is nearest to.
 ///
-/// What is nearest to one of them is a convex polygon, over which the distance is convex: it is largest at a corner of
-/// what the border leaves of that.
-fn farthest_place(
-    pieces: &Pieces,
-    samples: &[PointMm],
-    border: Option<&Border>,
-    sides: &[u32],
-) -> Option<Gap> {
-    let mut farthest: Option<Gap> = None;
-    for sample in samples {
+/// Such a part is a convex polygon, over which the distance is convex: it is largest at a corner of what the border leaves
+/// of that.
+struct Parted<'a> {
+    pieces: &'a Pieces,
+    border: Option<&'a Border>,
+    /// Of the border, near the triangle.
+    sides: Vec<u32>,
+    parts: Vec<Part>,
+}
+
+struct Part {
+    sample: PointMm,
+    polygon: Vec<PointMm>,
+    /// Its farthest place in the aperture.
+    farthest: Option<Gap>,
+}
+
+impl<'a> Parted<'a> {
+    /// A triangle that its corners part.
+    fn new(pieces: &'a Pieces, triangle: &Triangle, border: Option<&'a Border>) -> Parted<'a> {
+        let mut sides = Vec::new();
+        let corners = triangle.corners_mm();
+        border.inspect(|border| border.sides_near(corners.map(place), &mut sides));
+        let mut parted = Parted { pieces, border, sides, parts: Vec::new() };
+        corners.into_iter().for_each(|corner| parted.add(corner));
+        parted
+    }
+
+    /// Adds a sample. Takes a step for each part, and a look at the border for each that gets smaller.
+    fn add(&mut self, sample: PointMm) {
+        let mut polygon = self.pieces.corners().to_vec();
+        let mut parts = std::mem::take(&mut self.parts);
+        for part in parts.iter_mut().filter(|part| part.sample != sample) {
+            polygon = nearer(&polygon, &sample, &part.sample);
+            let loses = |at: &PointMm| nearer_by_mm2(at, &part.sample, &sample) < 0.0;
+            if part.polygon.iter().any(loses) {
+                part.polygon = nearer(&part.polygon, &part.sample, &sample);
+                part.farthest = self.farthest_of(&part.sample, &part.polygon);
+            }
+        }
+        let farthest = self.farthest_of(&sample, &polygon);
+        parts.push(Part { sample, polygon, farthest });
+        self.parts = parts;
+    }
+
+    /// The place in the aperture that is farthest from the nearest of the samples.
+    fn farthest(&self) -> Option<Gap> {
+        let all = self.parts.iter().filter_map(|part| part.farthest);
+        all.reduce(|farthest, of| if of.mm > farthest.mm { of } else { farthest })
+    }
+
+    /// The place of a polygon in the aperture that is farthest from a sample.
+    fn farthest_of(&self, sample: &PointMm, polygon: &[PointMm]) -> Option<Gap> {
+        let mut farthest: Option<Gap> = None;
         let mut note = |at_mm: PointMm| {
             let mm = (0..3).map(|axis| (at_mm[axis] - sample[axis]).powi(2)).sum::<f64>().sqrt();
             if farthest.is_none_or(|farthest| mm > farthest.mm) {
                 farthest = Some(Gap { mm, at_mm });
             }
         };
-        let mut polygon = pieces.corners().to_vec();
-        for other in samples.iter().filter(|other| *other != sample) {
-            polygon = nearer(&polygon, sample, other);
-        }
-        let counts = |at_mm: &PointMm| border.is_none_or(|border| border.contains(place(*at_mm)));
+        let counts =
+            |at_mm: &PointMm| self.border.is_none_or(|border| border.contains(place(*at_mm)));
         polygon.iter().copied().filter(counts).for_each(&mut note);
-        let Some(border) = border else { continue };
-        let flat: Vec<Place> = polygon.iter().copied().map(place).collect();
-        for &side in sides {
-            if let Some(ends) = pieces.clipped_to(&flat, border.side(side)) {
-                ends.into_iter().for_each(&mut note);
+        if let Some(border) = self.border {
+            let flat: Vec<Place> = polygon.iter().copied().map(place).collect();
+            for &side in &self.sides {
+                if let Some(ends) = self.pieces.clipped_to(&flat, border.side(side)) {
+                    ends.into_iter().for_each(&mut note);
+                }
             }
         }
+        farthest
     }
-    farthest
+}
+
+/// How much the square of the distance to another place exceeds that to one, which is linear.
+fn nearer_by_mm2(at: &PointMm, one: &PointMm, other: &PointMm) -> f64 {
+    let along =
+        |axis: usize| (one[axis] - other[axis]) * (2.0 * at[axis] - one[axis] - other[axis]);
+    (0..3).map(along).sum()
 }
 
 /// The part of a convex polygon that is nearer to one place than to another.
 fn nearer(polygon: &[PointMm], one: &PointMm, other: &PointMm) -> Vec<PointMm> {
-    // The difference of the squares of both distances, which is linear.
-    let by_mm2 = |at: &PointMm| -> f64 {
-        let along =
-            |axis: usize| (one[axis] - other[axis]) * (2.0 * at[axis] - one[axis] - other[axis]);
-        (0..3).map(along).sum()
-    };
+    let by_mm2 = |at: &PointMm| nearer_by_mm2(at, one, other);
     let mut left = Vec::with_capacity(polygon.len() + 1);
     for (from, to) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
         let [start, end] = [from, to].map(by_mm2);
