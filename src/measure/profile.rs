@@ -95,9 +95,7 @@ pub(super) fn measure(taken: Taken, mut part: Part, projector: &Projector) -> Me
     let stations = stations(mesh.points(), &deviations_mm, &line, fit, &slopes);
     let (mut sampling, coverage) = sampled(&mesh, &part, &line, fit, &stations);
     let mut profile = profile_figures(&stations, &line, fit, &slopes, coverage);
-    if profile.noise_sigma_nm.is_some() {
-        count_steps(mesh.points(), &line, &stations, &mut profile, &mut sampling);
-    }
+    count_steps(mesh.points(), &line, &stations, &mut profile, &mut sampling);
     let held = part.free.iter().filter(|free| !own.free.contains(free));
     profile.held = held.map(|free| free.name(&part.nominal)).collect();
     let unmeasured = Unmeasured::along_line(
@@ -114,10 +112,9 @@ pub(super) fn measure(taken: Taken, mut part: Part, projector: &Projector) -> Me
     let judged = Part { judging: own_limits, ..part.clone() };
     // Effects of a machine and covariances are those of the frame of projection.
     let laid_as_is = fitted.as_ref().ok().filter(|_| !profile.turned);
-    let assessed = laid_as_is.and_then(|fitted| {
-        let step_nm = sampling.height_step_nm;
-        assess(&judged, mesh.points(), fitted, &plane, None, step_nm)
-    });
+    let step_nm = sampling.height_step_nm;
+    let assessed =
+        laid_as_is.and_then(|fitted| assess(&judged, mesh.points(), fitted, &plane, None, step_nm));
     let by_budget = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
     let systematic = contributions(
         &systematic,
@@ -309,6 +306,9 @@ fn count_steps(
     profile: &mut ProfileFigures,
     sampling: &mut SamplingFigures,
 ) {
+    if profile.noise_sigma_nm.is_none() {
+        return;
+    }
     match along::steps(points, |point| line.along_mm([point[0], point[1]])) {
         HeightSteps::Fine => {}
         HeightSteps::Of { step_mm } => {
