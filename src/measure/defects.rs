@@ -13,6 +13,7 @@ use asphera_surface::defects::{
 use asphera_surface::noise::{Along, Noise};
 
 use super::details::places_mm;
+use super::errors::stated_noise_mm;
 use super::partition::{self, Patches};
 use crate::{DefectLimits, Part};
 
@@ -38,7 +39,7 @@ pub(crate) fn of_part(
     deviations_mm: Result<&[f64], String>,
 ) -> FeatureFigures {
     let counts = |vertex: usize| deviations_mm.as_ref().is_ok_and(|all| all[vertex].is_finite());
-    let noise = meshed.noise();
+    let noise = meshed.noise().or_else(|| stated_noise(part));
     let mut figures = partition::figures(
         Patches::new(meshed.mesh.points(), counts),
         noise,
@@ -168,6 +169,11 @@ impl Meshed<'_> {
         };
         Ok(Searched { defects: found.defects, by })
     }
+}
+
+/// The noise that the nominal file states for every point.
+fn stated_noise(part: &Part) -> Option<Noise> {
+    Noise::new(stated_noise_mm(part)?, Along::Z).ok()
 }
 
 fn settings(limits: &DefectLimits, noise: Option<Noise>) -> Result<DefectSettings, String> {

@@ -59,17 +59,22 @@ pub(super) struct ErrorsOfFigures {
     places: bool,
 }
 
+/// Standard uncertainty that the nominal file states for the noise of every point, mm.
+pub(super) fn stated_noise_mm(part: &Part) -> Option<f64> {
+    let (budget, _) = part.judging.uncertainty.as_ref()?;
+    match budget.noise {
+        Noise::Uniform { sigma_mm, .. } => Some(sigma_mm),
+        Noise::Measured | Noise::EachPoint(_) => None,
+    }
+}
+
 impl Errors {
     /// Before anything is known but what the nominal file states.
     pub(super) fn new(part: &Part) -> Errors {
         let budget = part.judging.uncertainty.as_ref().map(|(budget, _)| budget);
-        let stated = budget.and_then(|budget| match budget.noise {
-            Noise::Uniform { sigma_mm, .. } => Some(sigma_mm * 1e6),
-            _ => None,
-        });
         let correlated = budget.is_none_or(|budget| !is_correlated(budget));
         Errors {
-            noise_nm: stated,
+            noise_nm: stated_noise_mm(part).map(|sigma_mm| 1e6 * sigma_mm),
             correlated: correlated.then(Correlated::default),
             budget: budget.is_some_and(is_correlated),
         }

@@ -80,6 +80,7 @@ pub use self::search::{DefectSearch, DeviatingSurface, search_defects};
 pub use self::settings::{DefectSettings, DefectSettingsError, DefectsUnknown, Samples};
 use self::steps::Step;
 use self::surface::Surface;
+use crate::noise::{HeightSteps, edges_of, height_steps};
 
 /// Windows of the reference in largest widths.
 const WINDOW: f64 = 3.0;
@@ -217,7 +218,18 @@ pub fn find_defects(
     samples: &Samples<'_>,
     settings: &DefectSettings,
 ) -> Result<Defects, DefectsUnknown> {
+    needs_noise(settings, samples.points, samples.triangles)?;
     find(samples, settings, None)
+}
+
+/// Refuses heights of which neither the noise nor the step is known: one step of them would stand off for ever.
+fn needs_noise(
+    settings: &DefectSettings,
+    points: &[PointMm],
+    triangles: &[[VertexId; 3]],
+) -> Result<(), DefectsUnknown> {
+    let hidden = || height_steps(points, &edges_of(triangles)) == HeightSteps::Hidden;
+    if settings.noise.is_none() && hidden() { Err(DefectsUnknown::HiddenSteps) } else { Ok(()) }
 }
 
 /// The same over a ground that is known, as where these samples are a part of a surface.

@@ -9,6 +9,7 @@ use super::screen::{Parts, Screen};
 
 use super::{
     Defect, DefectSettings, DefectsUnknown, Ground, Samples, WINDOW, by_significance, find,
+    needs_noise,
 };
 use crate::curvature::{Adjacency, AdjacencyError};
 
@@ -77,6 +78,7 @@ pub fn search_defects(
             deviations: deviations_mm.len(),
         });
     }
+    needs_noise(settings, points, surface.triangles)?;
     let without_rings_mm = without_rings_mm(surface);
     let surface = &DeviatingSurface {
         deviations_mm: without_rings_mm.as_deref().unwrap_or(deviations_mm),

@@ -140,4 +140,9 @@ pub enum DefectsUnknown {
     /// The noise is not known.
     #[error("the noise is not known")]
     Noise(#[source] NoiseUnknown),
+    /// Heights come in steps of unknown size, and nothing says how large one is.
+    #[error(
+        "most neighbours have the very same height, as of readings in steps of unknown size: state noise_nm in the table uncertainty"
+    )]
+    HiddenSteps,
 }

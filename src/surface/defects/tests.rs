@@ -366,11 +366,48 @@ fn what_cannot_be_looked_at_says_why() {
     }
 }
 
+/// An exact lattice of 60 × 60 places without noise, with this slope along x.
+fn exact_plane(slope: f64) -> Vec<PointMm> {
+    let places = raster([0.0, 0.0], 60, 0.0625, 0.0, 1);
+    places.into_iter().map(|[x, y]| [x, y, 2.5 + slope * x]).collect()
+}
+
+/// Most neighbours have one height: what stands off may be one step of the readings.
+#[test]
+fn nothing_is_found_of_heights_whose_steps_are_not_known() {
+    let mut flat = exact_plane(0.0);
+    flat[1777][2] += 1e-4;
+    let triangles = triangles(&flat);
+    let adjacency = Adjacency::new(&flat, &triangles, Some(0.2)).unwrap();
+    let samples = Samples {
+        points: &flat,
+        triangles: &triangles,
+        adjacency: &adjacency,
+        deviations_mm: None,
+    };
+    let settings = DefectSettings::default();
+    assert_eq!(find_defects(&samples, &settings).unwrap_err(), DefectsUnknown::HiddenSteps);
+    let heights_mm: Vec<f64> = flat.iter().map(|point| point[2]).collect();
+    let surface = DeviatingSurface {
+        points: &flat,
+        triangles: &triangles,
+        deviations_mm: &heights_mm,
+        places_mm: None,
+        spacing_mm: 0.0625,
+        reach_mm: 0.2,
+    };
+    let searched = search_defects(&surface, &settings).unwrap_err();
+    assert_eq!(searched, DefectsUnknown::HiddenSteps);
+    // Who knows the noise says so.
+    let settings = settings.with_noise(Noise::new(1e-6, Along::Z).unwrap());
+    assert_eq!(find_defects(&samples, &settings).unwrap().defects.len(), 1);
+    assert_eq!(search_defects(&surface, &settings).unwrap().defects.len(), 1);
+}
+
 /// Exact lattices, a plane without noise, readings that are not finite, and one far island.
 #[test]
 fn exact_and_broken_surfaces() {
-    let flat: Vec<PointMm> =
-        raster([0.0, 0.0], 60, 0.0625, 0.0, 1).into_iter().map(|[x, y]| [x, y, 2.5]).collect();
+    let flat = exact_plane(1e-4);
     let settings = DefectSettings::default();
     let plain = found_with(&flat, 0.2, &settings);
     assert!(plain.defects.is_empty() && plain.sigma_mm < 1e-13, "{plain:?}");
