@@ -165,8 +165,12 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         let distance = |[p, q]: [Place; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
         let step = distance([first, last]) / path.run.count as f64;
         plan.is_wide = distance(plan.bridge) > WIDE_STEPS * step;
-        let is_uneven = plan.of_hull > LONG_HULL.max(UNEVEN * path.run.count);
-        plan.is_wide && (is_uneven || path.run.count >= 2 * LONGEST_WIDE)
+        let points = path.run.count;
+        let is_long = points >= 2 * LONGEST_WIDE;
+        let sees_much = plan.of_hull > LONG_HULL.max(UNEVEN * points);
+        let sees_little = points > SHORT && EVEN[0] * points > EVEN[1] * plan.of_hull;
+        let is_lopsided = plan.of_hull > LONG_HULL.max(LOPSIDED * points);
+        is_lopsided || plan.is_wide && (is_long || sees_much || sees_little)
     }
 
     /// How many of so many points that follow one another are to be tried as a strip next: none where the last ones took
@@ -541,6 +545,14 @@ const LONGEST_WIDE: usize = 1024;
 /// A wide strip may have so many sides of the hull before it, or so many for each of its points.
 const LONG_HULL: usize = 5000;
 const UNEVEN: usize = 2;
+
+/// So many sides for each point are too many of any strip: 64 points before 25,600 sides took 1.6 million flips.
+const LOPSIDED: usize = 64;
+
+/// A wide strip of more points than these may have no more than 5 for each 4 sides before it: 1,024 points before 750 sides took
+/// a million flips.
+const SHORT: usize = 256;
+const EVEN: [usize; 2] = [4, 5];
 
 /// Points of the first strip, each next one being four times as long as long as flips are few.
 const FIRST_STRIP: usize = 64;
