@@ -4,7 +4,7 @@
 //! half an hour of a processor: `ASPHERA_LONG=1 cargo test --release -p asphera-surface --lib study -- --nocapture`.
 //! `ASPHERA_DEFECT_STUDY=200` takes so many parts of each kind and size, `ASPHERA_DEFECT_SIZES=20000,300000` other sizes,
 //! `ASPHERA_DEFECT_KINDS=White,Edges` only some kinds of clean parts. `ASPHERA_DEFECT_LADDER=50` puts real ones on so many
-//! parts, not six.
+//! parts, not six. `ASPHERA_DEFECT_FALSE=0.1` puts up with so many false ones on a part; the bounds are those of 0.01.
 
 mod heights;
 mod ladder;
