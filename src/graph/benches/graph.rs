@@ -23,6 +23,8 @@ const POINTS: usize = 100_000;
 const DIRECTIONS: usize = 20;
 /// Directions of each disturbed cloud.
 const FEWER: usize = 10;
+/// Points of the conveyor that are meshed, too: a mesh keeps them all.
+const MESHED: usize = 10_000_000;
 const ROWS: [&str; 5] = ["neighbours", "loops", "disturbed", "growth", "running"];
 
 fn main() {
@@ -217,12 +219,14 @@ fn running(many: usize) {
         keeps_points: false,
     };
     let mut graph = RunningGraph::new(settings).unwrap();
-    // The mesh of the same points, as a station makes it beside the graph.
-    let mut mesh = asphera_mesh::Mesh::new();
-    let mut meshing = 0.0;
+    // The mesh of the first of these points, as a station makes it beside the graph.
+    let mut mesh = Some(asphera_mesh::Mesh::new());
+    let (mut meshing, mut beside) = (0.0, 0.0);
     let (mut parts, mut most, mut spent) = (0, 0, 0.0);
+    let mut resident_mb = [0.0; 2];
     let mut profile: Vec<Place> = Vec::with_capacity(PROFILE);
-    for row in 0..many / PROFILE {
+    let rows = many / PROFILE;
+    for row in 0..rows {
         let y = 0.1 * row as f64;
         profile.clear();
         profile.extend((0..PROFILE).map(|at| {
@@ -232,9 +236,18 @@ fn running(many: usize) {
         let begun = Instant::now();
         graph.take(&profile).unwrap();
         spent += begun.elapsed().as_secs_f64();
-        let begun = Instant::now();
-        mesh.insert(&profile);
-        meshing += begun.elapsed().as_secs_f64();
+        if row * PROFILE == MESHED {
+            mesh = None;
+        }
+        if let Some(mesh) = &mut mesh {
+            let begun = Instant::now();
+            mesh.insert(&profile);
+            meshing += begun.elapsed().as_secs_f64();
+            beside = spent;
+        }
+        if row == rows / 10 || row + 1 == rows {
+            resident_mb = [resident_mb[1], resident()];
+        }
         graph.take_closed();
         graph.take_events();
         parts += graph.take_ended().len();
@@ -244,12 +257,28 @@ fn running(many: usize) {
     graph.finish();
     spent += begun.elapsed().as_secs_f64();
     parts += graph.take_ended().len();
+    let meshed = many.min(MESHED);
     println!(
-        "  running graph of {many} points of a conveyor: {:.0} ns a point, {parts} parts, at most {most} points wait; mesh {:.0} ns a point, ratio {:.2}",
-        1e9 * spent / many as f64,
-        1e9 * meshing / many as f64,
-        spent / meshing
+        "  running graph of {many} points of a conveyor: {:.0} ns a point, {parts} parts, at most {most} points wait",
+        1e9 * spent / many as f64
     );
+    println!(
+        "    of the first {meshed}: mesh {:.0} ns a point, ratio {:.2}",
+        1e9 * meshing / meshed as f64,
+        beside / meshing
+    );
+    if many > MESHED {
+        let [early, late] = resident_mb;
+        println!("    memory of the process: {early:.1} MB after a tenth, {late:.1} MB at the end");
+    }
+}
+
+/// Memory of this process, MB; 0 where the system does not say.
+fn resident() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let kb = line.and_then(|line| line.trim().strip_suffix(" kB")).and_then(|kb| kb.parse().ok());
+    kb.map_or(0.0, |kb: f64| kb * 1.024e-3)
 }
 
 fn best(work: impl Fn() -> usize) -> f64 {
