@@ -1,11 +1,12 @@
 //! Links between near places: what hangs together at the finest scale that the points allow.
 
+use asphera_geometry::greater;
 use rayon::prelude::*;
 
 use crate::auto::{self, tau_by};
 use crate::cloud::{Cloud, PlaceId};
 use crate::nearest::Entry;
-use crate::tree::{by_coordinates, larger, squared_distance};
+use crate::tree::{by_coordinates, squared_distance};
 
 /// The places that each place is linked with, however far they are.
 ///
@@ -255,10 +256,10 @@ fn largest_dot<const D: usize>(others: &[[[f64; LANES]; D]], vector: &[f64; D]) 
     for others in others {
         for (lane, most) in most.iter_mut().enumerate() {
             let along: f64 = (0..D).map(|axis| others[axis][lane] * vector[axis]).sum();
-            *most = larger(*most, along);
+            *most = greater(*most, along);
         }
     }
-    most.into_iter().fold(0.0, larger)
+    most.into_iter().fold(0.0, greater)
 }
 
 fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {

@@ -6,10 +6,10 @@
 
 use std::collections::HashMap;
 
-use asphera_geometry::{BoundsMm, Sets};
+use asphera_geometry::{BoundsMm, Sets, greater};
 
 use crate::cloud::{Cloud, PlaceId};
-use crate::tree::{larger, squared_distance};
+use crate::tree::squared_distance;
 
 /// The grid of cells of a cloud for one τ.
 #[derive(Clone, Debug)]
@@ -309,7 +309,7 @@ fn bounds<const D: usize>(all: &[[f64; D]], places: &[PlaceId]) -> BoxMm<D> {
 fn squared_gap<const D: usize>(a: &BoxMm<D>, b: &BoxMm<D>) -> f64 {
     let mut sum = 0.0;
     for axis in 0..D {
-        let gap = larger(larger(b[0][axis] - a[1][axis], a[0][axis] - b[1][axis]), 0.0);
+        let gap = greater(greater(b[0][axis] - a[1][axis], a[0][axis] - b[1][axis]), 0.0);
         sum += gap * gap;
     }
     sum

@@ -8,7 +8,7 @@
 //! The surface crate's `WeightedTree` answers other questions: it holds weights, knows three dimensions only, keeps
 //! copies apart and answers one place at a time.
 
-use asphera_geometry::BoundsMm;
+use asphera_geometry::{BoundsMm, greater};
 use std::cmp::Ordering;
 
 /// A point on its way into the tree: coordinates in mm, and its row in the input.
@@ -45,7 +45,7 @@ impl<const D: usize> Node<D> {
     pub(crate) fn squared_distance(&self, place: &[f64; D]) -> f64 {
         let mut sum = 0.0;
         for (axis, at) in place.iter().enumerate() {
-            let gap = larger(larger(self.low[axis] - at, at - self.high[axis]), 0.0);
+            let gap = greater(greater(self.low[axis] - at, at - self.high[axis]), 0.0);
             sum += gap * gap;
         }
         sum
@@ -57,16 +57,11 @@ impl<const D: usize> Node<D> {
         for axis in 0..D {
             let [below, above] =
                 [other.low[axis] - self.high[axis], self.low[axis] - other.high[axis]];
-            let gap = larger(larger(above, below), 0.0);
+            let gap = greater(greater(above, below), 0.0);
             sum += gap * gap;
         }
         sum
     }
-}
-
-/// The larger one of two numbers: one instruction, for `f64::max` knows what to do with NaN.
-pub(crate) fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }
 
 /// Square of the distance of two places in mm².

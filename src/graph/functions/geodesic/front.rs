@@ -3,9 +3,10 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use asphera_geometry::greater;
+
 use super::super::ring::Rings;
 use crate::cloud::{Cloud, PlaceId};
-use crate::tree::larger;
 
 /// Distances from the nearest source in mm; infinite in parts of the graph without one.
 pub(super) fn sweep<const D: usize>(
@@ -88,7 +89,7 @@ fn unfolded<const D: usize>(corners: &[Corner<D>], of_q: f64, pq: f64, way: &[f6
         // The triangle with q in the origin, r on the x axis and p above it.
         let p_x: f64 = (0..D).map(|axis| way[axis] * direction[axis]).sum();
         let square = pq * pq - p_x * p_x;
-        let p_y = larger(square, 0.0).sqrt();
+        let p_y = greater(square, 0.0).sqrt();
         let crossing = p_x * s_y + s_x * p_y;
         let is_crossed = (square > 0.0) & (crossing >= 0.0) & (crossing <= length * (p_y + s_y));
         // By the theorem of cosines.
