@@ -4,7 +4,7 @@ use super::near_lists::NearLists;
 use super::normals::{Places as _, TangentPlane};
 use super::place_tree::{Ball, PlaceTree};
 use super::stars::Stars;
-use super::vote::{basis, diagonal};
+use super::vote::{Votes, basis};
 use crate::geometry::{cross, dot, larger, minus, plus, squared};
 use crate::neighbours::Near;
 
@@ -52,11 +52,8 @@ pub(super) struct Room {
     ties: Vec<usize>,
     /// Near ties, and the sides of the ring after which they may stand, by number.
     gaps: Vec<(usize, usize)>,
-    answers: Vec<Answer>,
+    votes: Votes,
 }
-
-/// A neighbour and the sides of its edge, ascending, and what the rule says of it: it is asked again after a flip.
-type Answer = ((u32, u32, u32), Option<bool>);
 
 /// A half-plane of the cell: x·a + y·b ≤ offset.
 #[derive(Clone, Copy, Default)]
@@ -177,9 +174,8 @@ impl Maker<'_> {
             ring.push(side);
             before = side.of;
         }
-        let Room { asked, gaps, ties, answers, .. } = room;
-        answers.clear();
-        let mut rule = Rule { maker: self, at, asked, gaps, ties, answers };
+        let Room { asked, gaps, ties, votes, .. } = room;
+        let mut rule = Rule { maker: self, at, asked, gaps, ties, votes };
         let mut from = 0;
         for _ in 0..MOST_FLIPS {
             let flipped = rule.remove_one(limit, ring, from);
@@ -199,7 +195,7 @@ struct Rule<'a> {
     asked: &'a mut Vec<u32>,
     gaps: &'a mut Vec<(usize, usize)>,
     ties: &'a mut Vec<usize>,
-    answers: &'a mut Vec<Answer>,
+    votes: &'a mut Votes,
 }
 
 impl Rule<'_> {
@@ -265,14 +261,8 @@ impl Rule<'_> {
     }
 
     fn has_edge(&mut self, over: u32, sides: [u32; 2]) -> Option<bool> {
-        let own = (over, sides[0].min(sides[1]), sides[0].max(sides[1]));
-        if let Some(&(_, is_there)) = self.answers.iter().find(|answer| answer.0 == own) {
-            return is_there;
-        }
         let Maker { tree, planes, .. } = self.maker;
-        let is_there = diagonal(tree.points_mm(), planes, [self.at, over], sides, self.asked);
-        self.answers.push((own, is_there));
-        is_there
+        self.votes.diagonal(tree.points_mm(), planes, [self.at, over], sides, self.asked)
     }
 }
 

@@ -20,30 +20,47 @@ enum Shape {
     Bent,
 }
 
-/// Whether the diagonal from the first of four points runs to the second; `None` where the four make no convex quadrilateral.
+/// The rule's answers to one question.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Vote {
+    /// Whether the first two points have an edge, and whether the other two have; `None` where the four make no convex quadrilateral.
+    has_edge: Option<[bool; 2]>,
+    /// Whether their planes were asked for.
+    is_bent: bool,
+}
+
+/// What the rule says of four points that make a quadrilateral with the first two and the other two as its diagonals.
 ///
-/// The answer is a function of the four alone: whoever asks, the edge is the same. `asked` is called with the numbers of the four where
-/// their planes were asked for.
-pub(super) fn diagonal(
+/// The answer is a function of the four alone: whoever asks, the edge is the same.
+fn vote(
     points_mm: &[PointMm],
     planes: &[Option<TangentPlane>],
-    [own, over]: [u32; 2],
-    sides: [u32; 2],
-    asked: &mut impl Extend<u32>,
-) -> Option<bool> {
-    let in_order = |one: u32, other: u32| {
+    one: [u32; 2],
+    other: [u32; 2],
+) -> Vote {
+    let in_order = |[one, other]: [u32; 2]| {
         let [one, other] = [one, other].map(|at| points_mm[at as usize]);
         if by_coordinates(one, other).is_gt() { [other, one] } else { [one, other] }
     };
-    let (ask, across) = (in_order(own, over), in_order(sides[0], sides[1]));
+    let (ask, across) = (in_order(one), in_order(other));
     let is_first = by_coordinates(ask[0], across[0]).is_lt();
     let shape = if is_first { flat(ask, across) } else { flat(across, ask) };
-    match shape {
-        Shape::Flat(has_first) => return Some(has_first == is_first),
-        Shape::Open => return None,
-        Shape::Bent => asked.extend([over, sides[0], sides[1]]),
-    }
-    let mut four = [own, over, sides[0], sides[1]];
+    let has_edge = match shape {
+        Shape::Flat(has_first) => Some([has_first == is_first, has_first != is_first]),
+        Shape::Open => None,
+        Shape::Bent => bent(points_mm, planes, one, other),
+    };
+    Vote { has_edge, is_bent: matches!(shape, Shape::Bent) }
+}
+
+/// The edges of four points by the mean of their planes.
+fn bent(
+    points_mm: &[PointMm],
+    planes: &[Option<TangentPlane>],
+    one: [u32; 2],
+    other: [u32; 2],
+) -> Option<[bool; 2]> {
+    let mut four = [one[0], one[1], other[0], other[1]];
     four.sort_unstable_by(|&a, &b| by_coordinates(points_mm[a as usize], points_mm[b as usize]));
     let places = four.map(|at| points_mm[at as usize]);
     let mut normals = [[0.0; 3]; 4];
@@ -51,7 +68,58 @@ pub(super) fn diagonal(
         *normal = planes[at as usize]?.normal;
     }
     let ends = ends(places, normals)?.map(|end| four[end]);
-    Some(ends.contains(&own) && ends.contains(&over))
+    Some([one, other].map(|[from, to]| ends.contains(&from) && ends.contains(&to)))
+}
+
+/// Answers of the rule, remembered: each corner of a quadrilateral asks, one soon after another.
+pub(super) struct Votes {
+    /// The four points of the last question that came to a place, and its answer.
+    last: Vec<([u32; 4], Vote)>,
+}
+
+impl Default for Votes {
+    fn default() -> Votes {
+        let none = Vote { has_edge: None, is_bent: false };
+        // No question has a point twice.
+        Votes { last: vec![([0; 4], none); 1 << PLACES_LOG2] }
+    }
+}
+
+impl Votes {
+    /// Whether the diagonal from the first of four points runs to the second; `None` where the four make no convex quadrilateral.
+    ///
+    /// `asked` gets the numbers of the others where their planes were asked for.
+    pub(super) fn diagonal(
+        &mut self,
+        points_mm: &[PointMm],
+        planes: &[Option<TangentPlane>],
+        [own, over]: [u32; 2],
+        sides: [u32; 2],
+        asked: &mut impl Extend<u32>,
+    ) -> Option<bool> {
+        let in_order = |[one, other]: [u32; 2]| [one.min(other), one.max(other)];
+        let (ask, across) = (in_order([own, over]), in_order(sides));
+        let is_second = across[0] < ask[0];
+        let [one, other] = if is_second { [across, ask] } else { [ask, across] };
+        let question = [one[0], one[1], other[0], other[1]];
+        let last = &mut self.last[place(question)];
+        if last.0 != question {
+            *last = (question, vote(points_mm, planes, one, other));
+        }
+        let Vote { has_edge, is_bent } = last.1;
+        if is_bent {
+            asked.extend([over, sides[0], sides[1]]);
+        }
+        has_edge.map(|has_edge| has_edge[usize::from(is_second)])
+    }
+}
+
+/// The place of a question among those that are remembered.
+fn place([a, b, c, d]: [u32; 4]) -> usize {
+    let pair = |one: u32, other: u32| u64::from(one) << 32 | u64::from(other);
+    let mixed = pair(a, b).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+        ^ pair(c, d).wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
+    (mixed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (64 - PLACES_LOG2)) as usize
 }
 
 /// The shape of a quadrilateral by its diagonals. Each runs in the order of coordinates; the first has the smallest.
@@ -155,6 +223,8 @@ pub(crate) fn basis(up: PointMm) -> PointMm {
     unit(cross(up, axis)).unwrap_or(axis)
 }
 
+/// The logarithm of the number of answers that are remembered: those of a thread's points and of the borders about them.
+const PLACES_LOG2: u32 = 10;
 /// Of the fourth power of the size: what counts as a tie.
 const TIE: f64 = 1e-11;
 /// Of the square of the longest side: the square of the distance of the diagonals of a bent quadrilateral.
@@ -168,7 +238,7 @@ mod tests {
     use super::*;
 
     fn ask(points: &[PointMm; 4], [own, over]: [u32; 2], sides: [u32; 2]) -> Option<bool> {
-        diagonal(points, &[None; 4], [own, over], sides, &mut Vec::new())
+        Votes::default().diagonal(points, &[None; 4], [own, over], sides, &mut Vec::new())
     }
 
     proptest! {
@@ -229,7 +299,8 @@ mod tests {
             |height| [[0.0, 0.0, 0.0], [1.0, 0.0, height], [1.0, 1.0, 0.0], [0.0, 1.0, height]];
         for (height, expected) in [(0.0, vec![]), (0.02, vec![]), (0.5, vec![2, 1, 3])] {
             let mut asked = Vec::new();
-            diagonal(&square(height), &[None; 4], [0, 2], [1, 3], &mut asked);
+            let mut votes = Votes::default();
+            votes.diagonal(&square(height), &[None; 4], [0, 2], [1, 3], &mut asked);
             assert_eq!(asked, expected, "{height}");
         }
     }
