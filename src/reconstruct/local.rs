@@ -13,6 +13,7 @@ mod mend;
 mod near_lists;
 pub(crate) mod normals;
 mod place_tree;
+mod ring;
 mod star;
 mod stars;
 mod vote;

@@ -64,6 +64,11 @@ pub(crate) fn in_order(points_mm: &[PointMm], mut facets: Vec<[u32; 3]>) -> Vec<
         }
     });
     facets.par_sort_unstable();
+    turned(points_mm, facets)
+}
+
+/// Facets that are in order, with their corners, turned so that neighbours agree.
+pub(crate) fn turned(points_mm: &[PointMm], mut facets: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
     orient(points_mm, &mut facets);
     facets
 }

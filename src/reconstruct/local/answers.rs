@@ -1,13 +1,15 @@
 //! Answers of a surface that takes points in batches: its facets in order, and the points in none.
 
+use std::collections::HashSet;
+
 use asphera_geometry::PointMm;
 use rayon::prelude::*;
 
 use super::growing::LocalSurface;
 use super::normals::Places as _;
-use super::stars::Facet;
+use super::stars::{Facet, sorted};
 use crate::neighbours::by_coordinates;
-use crate::surface::{LeftOut, Reconstruction, in_order};
+use crate::surface::{LeftOut, Reconstruction, turned};
 
 /// A surface whose points stand in the order of their coordinates, so that it does not depend on the order in which they came.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +24,7 @@ pub struct SurfaceByPlace {
     pub rejected: usize,
 }
 
-/// A surface before its facets are put in order and turned.
+/// A surface before its facets are turned.
 struct Unturned {
     places_mm: Vec<PointMm>,
     facets: Vec<Facet>,
@@ -32,7 +34,7 @@ struct Unturned {
 impl Unturned {
     fn turned(self) -> Reconstruction {
         let Unturned { places_mm, facets, left_out } = self;
-        Reconstruction { facets: in_order(&places_mm, facets), left_out }
+        Reconstruction { facets: turned(&places_mm, facets), left_out }
     }
 }
 
@@ -60,13 +62,13 @@ impl LocalSurface {
             numbers[at as usize] = number;
         }
         let points_mm: Vec<PointMm> = order.iter().map(|&at| points_mm[at as usize]).collect();
+        let facets = self.facets_in_order(&numbers, &order);
         drop(order);
-        let facets = self.numbered_facets(&numbers);
         let mut left_out = self.without_facet(&numbers);
         left_out.sort_unstable();
         let rejected = self.left_out.iter().filter(|&&(_, why)| why == LeftOut::NoPlace).count();
         SurfaceByPlace {
-            surface: Reconstruction { facets: in_order(&points_mm, facets), left_out },
+            surface: Reconstruction { facets: turned(&points_mm, facets), left_out },
             points_mm,
             duplicates: self.left_out.len() - rejected,
             rejected,
@@ -75,44 +77,71 @@ impl LocalSurface {
 
     fn unturned(&self) -> Unturned {
         let ids = &self.tree.ids;
-        let mut places_mm = vec![[0.0; 3]; self.received()];
-        for (&id, &place) in ids.iter().zip(self.tree.points_mm()) {
-            places_mm[id as usize] = place;
+        let mut order = vec![NONE; self.received()];
+        for (&id, at) in ids.iter().zip(0..) {
+            order[id as usize] = at;
         }
+        let points_mm = self.tree.points_mm();
+        let place = |&at: &u32| points_mm.get(at as usize).copied().unwrap_or_default();
+        let places_mm = order.par_iter().with_min_len(POINTS_AT_ONCE).map(place).collect();
         let mut left_out = self.left_out.clone();
         left_out.extend(self.without_facet(ids));
         left_out.sort_unstable();
-        Unturned { places_mm, facets: self.numbered_facets(ids), left_out }
+        Unturned { places_mm, facets: self.facets_in_order(ids, &order), left_out }
     }
 
-    /// All facets, by numbers that are given to the points of the tree.
-    fn numbered_facets(&self, numbers: &[u32]) -> Vec<Facet> {
-        let mut facets: Vec<Facet> = Vec::with_capacity(2 * self.tree.len());
-        facets.extend(self.stars.facets());
-        facets.extend(self.mending.facets());
-        facets.par_iter_mut().with_min_len(FACETS_AT_ONCE).for_each(|facet| {
-            *facet = facet.map(|corner| numbers[corner as usize]);
-        });
+    /// All facets in ascending order of their corners, which ascend, by numbers that are given to the points of the tree. `order`
+    /// has the points by these numbers, and [`NONE`] where there is none.
+    fn facets_in_order(&self, numbers: &[u32], order: &[u32]) -> Vec<Facet> {
+        let of_points = |points: &[u32]| {
+            let mut facets: Vec<Facet> = Vec::with_capacity(2 * points.len());
+            for &at in points.iter().filter(|&&at| at != NONE) {
+                let (own, from) = (numbers[at as usize], facets.len());
+                for others in self.stars.facets_at(at) {
+                    let [q, r] = others.map(|other| numbers[other as usize]);
+                    // Of its corners the one of the smallest number tells a facet.
+                    if own < q && own < r {
+                        facets.push([own, q.min(r), q.max(r)]);
+                    }
+                }
+                facets[from..].sort_unstable();
+            }
+            facets
+        };
+        let parts: Vec<Vec<Facet>> = order.par_chunks(POINTS_AT_ONCE).map(of_points).collect();
+        let mut facets = Vec::with_capacity(parts.iter().map(Vec::len).sum());
+        parts.into_iter().for_each(|part| facets.extend(part));
+        let stars = facets.len();
+        let numbered = |facet: Facet| sorted(facet.map(|corner| numbers[corner as usize]));
+        facets.extend(self.mending.facets().map(numbered));
+        if facets.len() > stars {
+            // Takes two runs that are in order for what they are.
+            facets[stars..].sort_unstable();
+            facets.sort();
+        }
         facets
     }
 
     /// The places in no facet, by numbers that are given to the points of the tree, and why.
     fn without_facet(&self, numbers: &[u32]) -> Vec<(u32, LeftOut)> {
-        let has_facet = |at: u32| self.stars.facets_at(at).next().is_some();
-        let mut is_used: Vec<bool> = (0..self.tree.len() as u32).map(has_facet).collect();
-        for facet in self.mending.facets() {
-            facet.iter().for_each(|&corner| is_used[corner as usize] = true);
+        let has_none = |&at: &u32| self.stars.facets_at(at).next().is_none();
+        let mut unused: Vec<u32> = (0..self.tree.len() as u32)
+            .into_par_iter()
+            .with_min_len(POINTS_AT_ONCE)
+            .filter(has_none)
+            .collect();
+        if !unused.is_empty() {
+            let mended: HashSet<u32> = self.mending.facets().flatten().collect();
+            unused.retain(|at| !mended.contains(at));
         }
-        let unused = (0..self.tree.len()).filter(|&at| !is_used[at]);
-        unused
-            .map(|at| {
-                let has_plane = self.planes[at].is_some();
-                let why = if has_plane { LeftOut::Disagreement } else { LeftOut::NoPlane };
-                (numbers[at], why)
-            })
-            .collect()
+        let why = |at: u32| match self.planes[at as usize] {
+            Some(_) => LeftOut::Disagreement,
+            None => LeftOut::NoPlane,
+        };
+        unused.into_iter().map(|at| (numbers[at as usize], why(at))).collect()
     }
 }
 
-/// Facets that a thread takes in turn.
-const FACETS_AT_ONCE: usize = 1 << 12;
+/// Points that a thread takes in turn.
+const POINTS_AT_ONCE: usize = 1 << 12;
+const NONE: u32 = u32::MAX;
