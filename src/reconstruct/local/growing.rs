@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::holes::Borders;
 use super::mend::{Mending, Surface};
-use super::near_lists::{self, NearLists};
+use super::near_lists::{self, NearList, NearLists};
 use super::normals::{self, NEAREST, Places as _, TangentPlane};
 use super::place_tree::{Inserted, LEAF, NewInLeaf, PlaceTree, Sight};
 use super::star::{self, Maker};
@@ -83,10 +83,9 @@ const NUMBER: u32 = (1 << 24) - 1;
 const _: () =
     assert!(MOST_POINTS <= NUMBER as usize && LEAF <= 16, "one number must hold them all");
 
-/// Answers to the new points of some leaves.
+/// Answers to the new points of some leaves, beside their lists.
 #[derive(Default)]
 struct Asked {
-    lists: Vec<[u32; NEAREST]>,
     seen: Vec<Seen>,
     /// Earlier points whose stars may change.
     stars: Vec<u32>,
@@ -94,13 +93,19 @@ struct Asked {
 
 impl Asked {
     /// Asks for new points of a leaf: together, or one by one where they lie far from each other.
-    fn ask(&mut self, tree: &PlaceTree, new: NewInLeaf, room: &mut near_lists::Room) {
-        if near_lists::ask_together(tree, new, room, &mut self.lists) {
+    fn ask(
+        &mut self,
+        tree: &PlaceTree,
+        new: NewInLeaf,
+        room: &mut near_lists::Room,
+        lists: &mut [NearList],
+    ) {
+        if near_lists::ask_together(tree, new, room, lists) {
             self.see(tree, new);
         } else {
-            (new.from..new.to).for_each(|at| {
-                self.ask(tree, NewInLeaf { from: at, to: at + 1 }, room);
-            });
+            for (at, list) in (new.from..new.to).zip(lists.chunks_mut(1)) {
+                self.ask(tree, NewInLeaf { from: at, to: at + 1 }, room, list);
+            }
         }
     }
 
@@ -234,9 +239,9 @@ impl LocalSurface {
         let mut doubts = Doubts::default();
         self.listed.begin(self.tree.len());
         let mut seen = Vec::new();
+        let mut lists = self.near.grow(self.tree.len());
         for leaves in inserted.leaves.chunks(LEAVES_HELD) {
-            for Asked { lists, seen: own, stars } in self.asked(leaves) {
-                self.near.extend(lists);
+            for Asked { seen: own, stars } in asked(&self.tree, leaves, &mut lists) {
                 seen.extend(own);
                 self.listed.add(&mut doubts.stars, stars);
             }
@@ -246,24 +251,13 @@ impl LocalSurface {
             self.take_new(group, &mut doubts);
         }
         let new = before..self.tree.len() as u32;
-        self.planes.resize(self.tree.len(), None);
-        self.asked_mm2.resize(self.tree.len(), -1.0);
-        self.is_asked.resize(self.tree.len(), false);
+        grow(&mut self.planes, self.tree.len(), || None);
+        grow(&mut self.asked_mm2, self.tree.len(), || -1.0);
+        grow(&mut self.is_asked, self.tree.len(), || false);
         self.stars.grow(self.tree.len());
         doubts.planes.extend(new.clone());
         self.listed.add(&mut doubts.stars, new);
         doubts
-    }
-
-    /// Asks for the new points of some leaves, in order.
-    fn asked(&self, leaves: &[NewInLeaf]) -> Vec<Asked> {
-        let ask = |leaves: &[NewInLeaf]| {
-            let mut room = near_lists::Room::default();
-            let mut asked = Asked::default();
-            leaves.iter().for_each(|&new| asked.ask(&self.tree, new, &mut room));
-            asked
-        };
-        leaves.par_chunks(LEAVES_AT_ONCE).map(ask).collect()
     }
 
     /// Takes new points into the list of an earlier point that sees them.
@@ -382,10 +376,43 @@ impl LocalSurface {
     }
 }
 
+/// Asks for the new points of some leaves, in order; takes their lists off those that are to be filled.
+fn asked(tree: &PlaceTree, leaves: &[NewInLeaf], lists: &mut &mut [NearList]) -> Vec<Asked> {
+    let parts = leaves.chunks(LEAVES_AT_ONCE).map(|leaves| {
+        let count: u32 = leaves.iter().map(NewInLeaf::len).sum();
+        let (own, others) = std::mem::take(lists).split_at_mut(count as usize);
+        *lists = others;
+        (leaves, own)
+    });
+    let ask = |(leaves, mut lists): (&[NewInLeaf], &mut [NearList])| {
+        let mut room = near_lists::Room::default();
+        let mut asked = Asked::default();
+        for new in leaves {
+            let (own, others) = lists.split_at_mut(new.len() as usize);
+            asked.ask(tree, *new, &mut room, own);
+            lists = others;
+        }
+        asked
+    };
+    parts.collect::<Vec<_>>().into_par_iter().map(ask).collect()
+}
+
+/// Makes room for new points; so many that memory is new to the process are filled by all threads.
+pub(super) fn grow<T: Clone + Send>(items: &mut Vec<T>, len: usize, new: impl Fn() -> T + Sync) {
+    let more = len.saturating_sub(items.len());
+    if more < FILLED_ALONE {
+        items.resize_with(len, new);
+    } else {
+        items.par_extend((0..more).into_par_iter().with_min_len(FILLED_ALONE).map(|_| new()));
+    }
+}
+
 /// What a new place may change.
 const NEW_PLACE: [Sight; 2] = [Sight::Plane, Sight::Star];
 /// Leaves whose answers are held before they are taken over.
 const LEAVES_HELD: usize = 1 << 12;
+/// Items that one thread writes faster than many.
+const FILLED_ALONE: usize = 1 << 14;
 /// Leaves that a thread asks for in turn.
 const LEAVES_AT_ONCE: usize = 32;
 /// Points that a thread takes in turn.

@@ -11,10 +11,13 @@ use super::place_tree::{NewInLeaf, PlaceTree};
 use crate::geometry::{gap, squared};
 use crate::neighbours::Near;
 
-/// Lists of at most [`NEAREST`] points, the nearest first.
+/// At most [`NEAREST`] points, the nearest first, then [`NONE`].
+pub(super) type NearList = [u32; NEAREST];
+
+/// Lists of all points.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NearLists {
-    lists: Vec<[u32; NEAREST]>,
+    lists: Vec<NearList>,
 }
 
 /// Memory of a thread between leaves.
@@ -59,8 +62,15 @@ impl Room {
 }
 
 impl NearLists {
-    pub(super) fn extend(&mut self, lists: impl IntoIterator<Item = [u32; NEAREST]>) {
-        self.lists.extend(lists);
+    /// Makes room for so many points in all; gives the lists of the new ones, to be filled.
+    pub(super) fn grow(&mut self, points: usize) -> &mut [NearList] {
+        let before = self.lists.len();
+        if before == 0 {
+            // Memory that the threads which fill the lists are the first to touch.
+            self.lists = vec![[0; NEAREST]; points];
+        }
+        self.lists.resize(points, [NONE; NEAREST]);
+        &mut self.lists[before..]
     }
 
     /// The nearest of a point; fewer than [`NEAREST`] where there are no more.
@@ -129,15 +139,13 @@ impl NearLists {
     }
 }
 
-/// The lists of new points of a leaf, appended to others. Gives `false`, and no lists, where several points lie too far from each
-/// other to ask together.
+/// Fills the lists of new points of a leaf. Gives `false` where several points lie too far from each other to ask together.
 pub(super) fn ask_together(
     tree: &PlaceTree,
     new: NewInLeaf,
     room: &mut Room,
-    lists: &mut Vec<[u32; NEAREST]>,
+    lists: &mut [NearList],
 ) -> bool {
-    let known = lists.len();
     let wanted = NEAREST.min(tree.len() - 1);
     let own = tree.about(new.from..new.to);
     let wide = (0..3).map(|axis| own.high[axis] - own.low[axis]).fold(0.0, f64::max);
@@ -150,7 +158,6 @@ pub(super) fn ask_together(
     let mut most = MOST_GATHERED;
     loop {
         room.gathered.clear();
-        lists.truncate(known);
         let is_whole = tree.gather(&own, radius * radius, most, &mut room.gathered);
         if !is_whole {
             if new.to > new.from + 1 {
@@ -167,7 +174,7 @@ pub(super) fn ask_together(
         // Of the point that is worst off.
         let mut farthest_mm2: f64 = 0.0;
         let mut limit_mm2 = f64::INFINITY;
-        for at in new.from..new.to {
+        for (at, to) in (new.from..new.to).zip(&mut *lists) {
             let (list, far_mm2) = select(tree, at, limit_mm2, room);
             if at + 1 < new.to && wanted == NEAREST {
                 // The next one has as many about it: those of this one and this one itself.
@@ -176,7 +183,7 @@ pub(super) fn ask_together(
                 limit_mm2 = reach_mm * reach_mm * (1.0 + 1e-9);
             }
             farthest_mm2 = farthest_mm2.max(far_mm2);
-            lists.push(list);
+            *to = list;
         }
         if is_all || is_whole && farthest_mm2 <= radius * radius {
             room.radius_mm = farthest_mm2.sqrt() * 1.05;
@@ -190,7 +197,7 @@ pub(super) fn ask_together(
 ///
 /// They are sorted as numbers: a square without its last bits, and the point in their place. Squares that differ in these bits alone
 /// are put in order afterwards.
-fn select(tree: &PlaceTree, at: u32, limit_mm2: f64, room: &mut Room) -> ([u32; NEAREST], f64) {
+fn select(tree: &PlaceTree, at: u32, limit_mm2: f64, room: &mut Room) -> (NearList, f64) {
     let points = tree.points_mm();
     let place = points[at as usize];
     // Few lie farther than the last of the point before: the fewer are sorted the better.
@@ -263,16 +270,17 @@ mod tests {
                 let before = tree.len() as u32;
                 let mut batch: Vec<_> = batch.iter().copied().zip(first..).collect();
                 let inserted = tree.insert(&mut batch);
-                let mut new = Vec::new();
+                let mut new = lists.grow(tree.len());
                 for own in inserted.leaves {
-                    if !ask_together(&tree, own, &mut room, &mut new) {
-                        for from in own.from..own.to {
+                    let (filled, others) = new.split_at_mut(own.len() as usize);
+                    new = others;
+                    if !ask_together(&tree, own, &mut room, filled) {
+                        for (from, list) in (own.from..own.to).zip(filled.chunks_mut(1)) {
                             let own = NewInLeaf { from, to: from + 1 };
-                            assert!(ask_together(&tree, own, &mut room, &mut new));
+                            assert!(ask_together(&tree, own, &mut room, list));
                         }
                     }
                 }
-                lists.extend(new);
                 for at in 0..before {
                     lists.take(&tree, at, before..tree.len() as u32, &mut Vec::new());
                 }

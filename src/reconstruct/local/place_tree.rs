@@ -61,6 +61,12 @@ pub(super) struct NewInLeaf {
     pub(super) to: u32,
 }
 
+impl NewInLeaf {
+    pub(super) fn len(&self) -> u32 {
+        self.to - self.from
+    }
+}
+
 /// New points, by numbers of the tree.
 #[derive(Default)]
 pub(super) struct Inserted {

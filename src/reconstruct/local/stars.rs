@@ -5,6 +5,7 @@
 
 use rayon::prelude::*;
 
+use super::growing::grow;
 use super::ring::{Ring, after};
 use super::star::GAP;
 
@@ -58,7 +59,7 @@ pub(super) struct Border {
 impl Stars {
     /// Makes room for new points, with empty stars.
     pub(super) fn grow(&mut self, points: usize) {
-        self.rings.resize_with(points, Ring::default);
+        grow(&mut self.rings, points, Ring::default);
     }
 
     /// Whether a point has a ring of some neighbours.
