@@ -9,6 +9,7 @@ mod answers;
 mod filling;
 mod growing;
 mod holes;
+mod making;
 mod mend;
 mod near_lists;
 pub(crate) mod normals;

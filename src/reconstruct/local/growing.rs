@@ -9,16 +9,13 @@ use std::collections::HashMap;
 use asphera_geometry::{BoxMm, PointMm};
 use rayon::prelude::*;
 
-use super::holes::Borders;
-use super::mend::{Mending, Surface};
+use super::mend::Mending;
 use super::near_lists::{self, NearList, NearLists};
 use super::normals::{self, NEAREST, Places as _, TangentPlane};
 use super::place_tree::{Inserted, LEAF, NewInLeaf, PlaceTree, Sight};
-use super::star::{self, Maker};
 use super::stars::{self, Exchange, Facet, Stars, sort, sorted};
 use super::{MOST_POINTS, TooManyPoints};
 use crate::geometry::{gap, squared};
-use crate::neighbours::Near;
 use crate::surface::{LeftOut, Numbered, as_place};
 
 /// A surface by local stars that takes points in batches.
@@ -30,17 +27,17 @@ use crate::surface::{LeftOut, Numbered, as_place};
 pub struct LocalSurface {
     received: usize,
     pub(super) tree: PlaceTree,
-    near: NearLists,
+    pub(super) near: NearLists,
     pub(super) planes: Vec<Option<TangentPlane>>,
     /// For each point the square of the distance of the farthest plane that its star asked for, mm²; below 0 where none was.
-    asked_mm2: Vec<f64>,
+    pub(super) asked_mm2: Vec<f64>,
     /// Whether a star has asked for the plane of a point. Few do: where four points are bent.
-    is_asked: Vec<bool>,
+    pub(super) is_asked: Vec<bool>,
     /// For a point those that asked for its plane without being among its nearest.
-    strangers: HashMap<u32, Vec<u32>>,
+    pub(super) strangers: HashMap<u32, Vec<u32>>,
     pub(super) stars: Stars,
     /// Points whose stars are in doubt.
-    listed: Listed,
+    pub(super) listed: Listed,
     pub(super) mending: Mending,
     /// Points without a place of their own.
     pub(super) left_out: Vec<(u32, LeftOut)>,
@@ -138,42 +135,44 @@ impl Asked {
 
 /// Points to ask again after a batch.
 #[derive(Default)]
-struct Doubts {
-    /// Points whose planes may change.
-    planes: Vec<u32>,
-    /// Points whose stars may change, each once, in any order.
-    stars: Vec<u32>,
+pub(super) struct Doubts {
+    /// The first of the new points: they all are asked.
+    pub(super) first_new: u32,
+    /// Earlier points whose planes may change.
+    pub(super) planes: Vec<u32>,
+    /// Points whose stars may change, each once, in any order; the new ones too.
+    pub(super) stars: Vec<u32>,
     /// Room for what leaves a list of neighbours.
     lost: Vec<u32>,
 }
 
 /// Marks of points, by the number of a list, so that each is in it once.
 #[derive(Clone, Debug, Default)]
-struct Listed {
+pub(super) struct Listed {
     list: u32,
     last: Vec<u32>,
 }
 
 impl Listed {
     /// Begins a list of some of so many points.
-    fn begin(&mut self, points: usize) {
+    pub(super) fn begin(&mut self, points: usize) {
         self.list += 1;
         self.last.resize(points, 0);
     }
 
     /// Adds points to the list that are not in it.
-    fn add(&mut self, to: &mut Vec<u32>, points: impl IntoIterator<Item = u32>) {
+    pub(super) fn add(&mut self, to: &mut Vec<u32>, points: impl IntoIterator<Item = u32>) {
         to.extend(points.into_iter().filter(|&at| {
             let last = &mut self.last[at as usize];
             std::mem::replace(last, self.list) != self.list
         }));
     }
 
-    fn mark(&mut self, at: u32) {
+    pub(super) fn mark(&mut self, at: u32) {
         self.last[at as usize] = self.list;
     }
 
-    fn has(&self, at: u32) -> bool {
+    pub(super) fn has(&self, at: u32) -> bool {
         self.last[at as usize] == self.list
     }
 }
@@ -235,8 +234,8 @@ impl LocalSurface {
 
     /// Finds the neighbours of new points, and the points that see these.
     fn doubts(&mut self, inserted: &Inserted) -> Doubts {
-        let before = self.planes.len() as u32;
-        let mut doubts = Doubts::default();
+        let first_new = self.planes.len() as u32;
+        let mut doubts = Doubts { first_new, ..Doubts::default() };
         self.listed.begin(self.tree.len());
         let mut seen = Vec::new();
         let mut lists = self.near.grow(self.tree.len());
@@ -250,13 +249,11 @@ impl LocalSurface {
         for group in seen.chunk_by(|a, b| a.earlier() == b.earlier()) {
             self.take_new(group, &mut doubts);
         }
-        let new = before..self.tree.len() as u32;
         grow(&mut self.planes, self.tree.len(), || None);
         grow(&mut self.asked_mm2, self.tree.len(), || -1.0);
         grow(&mut self.is_asked, self.tree.len(), || false);
         self.stars.grow(self.tree.len());
-        doubts.planes.extend(new.clone());
-        self.listed.add(&mut doubts.stars, new);
+        self.listed.add(&mut doubts.stars, first_new..self.tree.len() as u32);
         doubts
     }
 
@@ -279,100 +276,6 @@ impl LocalSurface {
             // They asked for this plane and are no more told by the list: they ask again.
             self.listed.add(&mut doubts.stars, lost.iter().copied());
         }
-    }
-
-    /// Fits the planes in doubt; gives the stars in doubt and, first, the points whose planes changed.
-    fn fit_planes(&mut self, doubts: Doubts) -> (Vec<u32>, Vec<u32>) {
-        let Doubts { planes: doubtful, stars: mut doubtful_stars, .. } = doubts;
-        let mut changed = Vec::new();
-        for points in doubtful.chunks(POINTS_HELD) {
-            let (tree, near) = (&self.tree, &self.near);
-            let fit = |points: &[u32]| {
-                let mut room: Vec<Near> = Vec::new();
-                let fit = |&at: &u32| normals::fit(tree, at, near.of(at), &mut room);
-                points.iter().map(fit).collect()
-            };
-            let fits: Vec<Vec<normals::Fit>> = points.par_chunks(POINTS_AT_ONCE).map(fit).collect();
-            let fits = || points.iter().zip(fits.iter().flatten());
-            for (&at, fit) in fits() {
-                let own = &mut self.planes[at as usize];
-                if *own != fit.plane {
-                    *own = fit.plane;
-                    changed.push(at);
-                }
-            }
-            let sights = fits().map(|(&at, fit)| (at, fit.sight_mm2));
-            self.tree.set_sights(Sight::Plane, sights);
-        }
-        for &at in changed.iter().filter(|&&at| self.is_asked[at as usize]) {
-            let place = self.tree.points_mm()[at as usize];
-            let strangers = self.strangers.remove(&at).unwrap_or_default();
-            let listening = self.near.of(at).iter().copied().chain(strangers);
-            let asking = listening.filter(|&other| {
-                let square = squared(place, self.tree.points_mm()[other as usize]);
-                square <= self.asked_mm2[other as usize]
-            });
-            self.listed.add(&mut doubtful_stars, asking);
-        }
-        self.listed.add(&mut doubtful_stars, changed.iter().copied());
-        sort(&mut doubtful_stars);
-        changed.sort_unstable();
-        (changed, doubtful_stars)
-    }
-
-    /// Makes the stars in doubt, and settles facets and holes about what changed.
-    fn make_stars(&mut self, (changed_planes, doubtful): (Vec<u32>, Vec<u32>)) -> Exchange {
-        let mut marked = Vec::new();
-        let mut changed = Vec::new();
-        for points in doubtful.chunks(POINTS_HELD) {
-            let maker = Maker {
-                tree: &self.tree,
-                near: &self.near,
-                planes: &self.planes,
-                stars: &self.stars,
-            };
-            let make = |points: &[u32]| {
-                let mut room = star::Room::default();
-                points.iter().map(|&at| maker.star(at, &mut room)).collect()
-            };
-            let made: Vec<Vec<star::Star>> = points.par_chunks(POINTS_AT_ONCE).map(make).collect();
-            let sights =
-                points.iter().zip(made.iter().flatten()).map(|(&at, star)| (at, star.sight_mm2));
-            self.tree.set_sights(Sight::Star, sights);
-            for (&at, star) in points.iter().zip(made.into_iter().flatten()) {
-                self.asked_mm2[at as usize] = star.asked_mm2;
-                for other in star.asked {
-                    self.is_asked[other as usize] = true;
-                    if !self.near.has(other, at) {
-                        let listening = self.strangers.entry(other).or_default();
-                        if !listening.contains(&at) {
-                            listening.push(at);
-                        }
-                    }
-                }
-                if let Some(ring) = star.ring {
-                    self.stars.replace(at, ring, &mut marked);
-                    changed.push(at);
-                }
-            }
-        }
-        self.listed.begin(self.tree.len());
-        changed.iter().for_each(|&at| self.listed.mark(at));
-        let exchange = self.stars.agree(&changed, marked, |at| self.listed.has(at));
-        self.listed.begin(self.tree.len());
-        changed_planes.iter().for_each(|&at| self.listed.mark(at));
-        let mut points = changed_planes;
-        self.listed.add(&mut points, exchange.facets().flatten());
-        sort(&mut points);
-        let borders =
-            Borders { points_mm: self.tree.points_mm(), planes: &self.planes, stars: &self.stars };
-        let surface = Surface { tree: &self.tree, borders };
-        let repair = self.mending.settle(surface, &points, &exchange);
-        let mended = self.mending.finish(&mut self.tree, repair);
-        let Exchange { mut added, mut removed } = exchange;
-        added.extend(mended.added);
-        removed.extend(mended.removed);
-        Exchange::of(added, removed)
     }
 }
 
@@ -415,7 +318,3 @@ const LEAVES_HELD: usize = 1 << 12;
 const FILLED_ALONE: usize = 1 << 14;
 /// Leaves that a thread asks for in turn.
 const LEAVES_AT_ONCE: usize = 32;
-/// Points that a thread takes in turn.
-const POINTS_AT_ONCE: usize = 256;
-/// Points whose new planes or stars are held beside those they replace.
-const POINTS_HELD: usize = 1 << 16;

@@ -6,6 +6,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use asphera_geometry::PointMm;
+use rayon::prelude::*;
 
 use super::normals::TangentPlane;
 use super::stars::{Border, Stars};
@@ -13,6 +14,8 @@ use super::vote::basis;
 use crate::geometry::{cross, dot, minus};
 use crate::neighbours::by_coordinates;
 
+/// Points that a thread takes in turn.
+const POINTS_AT_ONCE: usize = 1 << 12;
 /// A hole of more sides is left open.
 pub(super) const MOST_SIDES: usize = 32;
 
@@ -52,7 +55,9 @@ impl Borders<'_> {
         // In which walk an edge was passed, and where in it.
         let mut passed: HashMap<Door, (usize, usize)> = HashMap::new();
         let mut walks = 0;
-        for &from in points {
+        let has_border = |&at: &u32| self.stars.borders_at(at).next().is_some();
+        let at_borders = points.par_iter().copied().with_min_len(POINTS_AT_ONCE).filter(has_border);
+        for from in at_borders.collect::<Vec<u32>>() {
             for Border { end, third } in self.stars.borders_at(from) {
                 walks += 1;
                 let step = Step { from, to: end, third };

@@ -4,7 +4,6 @@ use super::near_lists::NearLists;
 use super::normals::{Places as _, TangentPlane};
 use super::place_tree::{Ball, PlaceTree};
 use super::ring::Ring;
-use super::stars::Stars;
 use super::vote::{Votes, basis};
 use crate::geometry::{cross, dot, larger, minus, plus, squared};
 use crate::neighbours::Near;
@@ -17,14 +16,12 @@ pub(super) struct Maker<'a> {
     pub(super) tree: &'a PlaceTree,
     pub(super) near: &'a NearLists,
     pub(super) planes: &'a [Option<TangentPlane>],
-    /// The stars as they were.
-    pub(super) stars: &'a Stars,
 }
 
 /// A star, and what it depends on beside its point's plane and nearest neighbours.
 pub(super) struct Star {
-    /// The neighbours about the point, with [`GAP`] where no facet is; `None` where they are as they were.
-    pub(super) ring: Option<Ring>,
+    /// The neighbours about the point, with [`GAP`] where no facet is.
+    pub(super) ring: Ring,
     /// The square of the distance within which a new point may change it, where that is beyond the nearest, mm².
     pub(super) sight_mm2: f64,
     /// The square of the distance of the farthest point whose plane was asked for, mm²; below 0 where none was.
@@ -92,8 +89,8 @@ impl Maker<'_> {
     /// The star of a point; empty where it has no plane.
     pub(super) fn star(&self, at: u32, room: &mut Room) -> Star {
         let Some(plane) = self.planes[at as usize] else {
-            let ring = (!self.stars.has_ring(at, std::iter::empty())).then(Ring::default);
-            return Star { ring, sight_mm2: -1.0, asked_mm2: -1.0, asked: Vec::new() };
+            let (ring, asked) = (Ring::default(), Vec::new());
+            return Star { ring, sight_mm2: -1.0, asked_mm2: -1.0, asked };
         };
         let points_mm = self.tree.points_mm();
         let along = basis(plane.normal);
@@ -152,8 +149,7 @@ impl Maker<'_> {
         }
         room.near = near;
         self.settle(at, reach * reach / 4.0, room);
-        let ring = room.ring.iter().map(|half| half.of);
-        let ring = (!self.stars.has_ring(at, ring.clone())).then(|| Ring::new(ring));
+        let ring = Ring::new(room.ring.iter().map(|half| half.of));
         room.asked.sort_unstable();
         room.asked.dedup();
         let squares = room.asked.iter().map(|&other| squared(place, points_mm[other as usize]));

@@ -62,9 +62,18 @@ impl Stars {
         grow(&mut self.rings, points, Ring::default);
     }
 
-    /// Whether a point has a ring of some neighbours.
-    pub(super) fn has_ring(&self, at: u32, ring: impl Iterator<Item = u32>) -> bool {
-        self.rings[at as usize].neighbours().eq(ring)
+    /// Whether a point has a ring of the same neighbours.
+    pub(super) fn has_ring(&self, at: u32, ring: &Ring) -> bool {
+        self.rings[at as usize].neighbours().eq(ring.neighbours())
+    }
+
+    pub(super) fn has_neighbours(&self, at: u32) -> bool {
+        self.rings[at as usize].len() > 0
+    }
+
+    /// The rings from a point on.
+    pub(super) fn rings_mut(&mut self, first: u32) -> &mut [Ring] {
+        &mut self.rings[first as usize..]
     }
 
     /// Puts a new ring in place of one. Facets that were marked there and are in it no more are appended.
