@@ -13,7 +13,6 @@ use super::ring::Ring;
 use super::star::{Maker, Room, Star};
 use super::stars::{Exchange, sort};
 use crate::geometry::squared;
-use crate::neighbours::Near;
 
 /// Points whose planes changed, and points whose stars may have, both in ascending order.
 pub(super) struct Changed {
@@ -56,9 +55,10 @@ impl LocalSurface {
         for points in doubtful.chunks(POINTS_HELD) {
             let (tree, near) = (&self.tree, &self.near);
             let fit = |points: &[u32]| {
-                let mut room: Vec<Near> = Vec::new();
-                let fit = |&at: &u32| normals::fit(tree, at, near.of(at), &mut room);
-                points.iter().map(fit).collect()
+                let mut fits = Vec::with_capacity(points.len());
+                let take = |_, fit| fits.push(fit);
+                normals::fit_all(tree, points.iter().copied(), |at| near.of(at), take);
+                fits
             };
             let fits: Vec<Vec<Fit>> = points.par_chunks(POINTS_AT_ONCE).map(fit).collect();
             let fits = || points.iter().zip(fits.iter().flatten());
@@ -95,13 +95,18 @@ impl LocalSurface {
     fn fit_new(&mut self, first: u32) {
         let (tree, near) = (&self.tree, &self.near);
         let fit = |(part, planes): (usize, &mut [Option<TangentPlane>])| {
-            let mut room: Vec<Near> = Vec::new();
+            let from = first + (part * POINTS_AT_ONCE) as u32;
             let mut sights_mm2 = Vec::with_capacity(planes.len());
-            for (plane, at) in planes.iter_mut().zip(first + (part * POINTS_AT_ONCE) as u32..) {
-                let fit = normals::fit(tree, at, near.of(at), &mut room);
-                *plane = fit.plane;
-                sights_mm2.push(fit.sight_mm2);
-            }
+            let points = from..from + planes.len() as u32;
+            normals::fit_all(
+                tree,
+                points,
+                |at| near.of(at),
+                |at, fit| {
+                    planes[(at - from) as usize] = fit.plane;
+                    sights_mm2.push(fit.sight_mm2);
+                },
+            );
             sights_mm2
         };
         let new = &mut self.planes[first as usize..];
