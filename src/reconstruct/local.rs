@@ -49,6 +49,6 @@ pub const MOST_POINTS: usize = 12_000_000;
 /// More than [`MOST_POINTS`] points.
 pub fn local(points_mm: &[PointMm]) -> Result<Reconstruction, TooManyPoints> {
     let mut surface = LocalSurface::new();
-    surface.take(points_mm)?;
+    surface.take(points_mm, false)?;
     Ok(surface.into_surface())
 }

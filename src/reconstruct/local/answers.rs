@@ -45,7 +45,8 @@ impl LocalSurface {
     }
 
     /// The surface of all points, where no more will come: takes less memory than [`LocalSurface::surface`].
-    pub fn into_surface(self) -> Reconstruction {
+    pub fn into_surface(mut self) -> Reconstruction {
+        self.forget_neighbours();
         let unturned = self.unturned();
         rayon::join(|| drop(self), || unturned.turned()).1
     }

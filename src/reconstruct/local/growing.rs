@@ -194,7 +194,7 @@ impl LocalSurface {
     ///
     /// More than [`MOST_POINTS`] points in all; then none of these is taken.
     pub fn insert(&mut self, points_mm: &[PointMm]) -> Result<FacetChanges, TooManyPoints> {
-        let exchange = self.take(points_mm)?;
+        let exchange = self.take(points_mm, true)?;
         let numbered = |facets: Vec<Facet>| {
             let ids = |facet: Facet| sorted(facet.map(|corner| self.tree.ids[corner as usize]));
             let mut facets: Vec<Facet> = facets.into_iter().map(ids).collect();
@@ -205,8 +205,12 @@ impl LocalSurface {
         Ok(FacetChanges { added: numbered(added), removed: numbered(removed) })
     }
 
-    /// Takes points; gives what changed, by numbers of the tree.
-    pub(super) fn take(&mut self, points_mm: &[PointMm]) -> Result<Exchange, TooManyPoints> {
+    /// Takes points; gives what changed, by numbers of the tree. Facets of a first batch are not listed where nobody `asks`.
+    pub(super) fn take(
+        &mut self,
+        points_mm: &[PointMm],
+        asks: bool,
+    ) -> Result<Exchange, TooManyPoints> {
         let first = self.received;
         let received = first + points_mm.len();
         if received > MOST_POINTS {
@@ -229,7 +233,15 @@ impl LocalSurface {
         }
         let doubts = self.doubts(&inserted);
         let changed = self.fit_planes(doubts);
-        Ok(self.make_stars(changed))
+        Ok(self.make_stars(changed, asks))
+    }
+
+    /// Gives back the memory of what only further points would need.
+    pub(super) fn forget_neighbours(&mut self) {
+        self.near = NearLists::default();
+        self.asked_mm2 = Vec::new();
+        self.is_asked = Vec::new();
+        self.tree.forget_nodes();
     }
 
     /// Finds the neighbours of new points, and the points that see these.

@@ -116,7 +116,7 @@ impl LocalSurface {
     }
 
     /// Makes the stars in doubt, and settles facets and holes about what changed.
-    pub(super) fn make_stars(&mut self, changed: Changed) -> Exchange {
+    pub(super) fn make_stars(&mut self, changed: Changed, asks: bool) -> Exchange {
         let Changed { planes: changed_planes, stars: doubtful, first_new } = changed;
         let count = doubtful.partition_point(|&at| at < first_new);
         let (earlier, new) = doubtful.split_at(count);
@@ -153,7 +153,9 @@ impl LocalSurface {
         changed.extend(new.iter().filter(|&&at| self.stars.has_neighbours(at)));
         self.listed.begin(self.tree.len());
         changed.iter().for_each(|&at| self.listed.mark(at));
-        let exchange = self.stars.agree(&changed, lost, |at| self.listed.has(at));
+        // All corners of a first batch's facets are points whose planes changed: holes need no list of facets.
+        let lists = asks || first_new > 0;
+        let exchange = self.stars.agree(&changed, lost, |at| self.listed.has(at), lists);
         self.mend(changed_planes, exchange)
     }
 
@@ -162,15 +164,15 @@ impl LocalSurface {
         let maker = Maker { tree: &self.tree, near: &self.near, planes: &self.planes };
         let make = |(part, rings): (usize, &mut [Ring])| {
             let (mut room, mut made) = (Room::default(), Made::default());
-            for (ring, at) in rings.iter_mut().zip(first + (part * POINTS_AT_ONCE) as u32..) {
+            for (ring, at) in rings.iter_mut().zip(first + (part * NEW_AT_ONCE) as u32..) {
                 *ring = made.take(at, maker.star(at, &mut room));
             }
             made
         };
-        let parts = self.stars.rings_mut(first).par_chunks_mut(POINTS_AT_ONCE).enumerate();
+        let parts = self.stars.rings_mut(first).par_chunks_mut(NEW_AT_ONCE).enumerate();
         let parts: Vec<Made> = parts.map(make).collect();
         for (made, part) in parts.into_iter().zip(0_u32..) {
-            self.take_made(first + part * POINTS_AT_ONCE as u32.., made);
+            self.take_made(first + part * NEW_AT_ONCE as u32.., made);
         }
     }
 
@@ -214,5 +216,7 @@ impl LocalSurface {
 
 /// Points that a thread takes in turn.
 const POINTS_AT_ONCE: usize = 256;
+/// New points whose stars a thread makes in turn: the more, the fewer answers of the rule are asked for again.
+const NEW_AT_ONCE: usize = 1024;
 /// Points whose new planes or stars are held beside those they replace.
 const POINTS_HELD: usize = 1 << 16;

@@ -9,7 +9,6 @@ use super::MOST_POINTS;
 use super::normals::{NEAREST, Places as _};
 use super::place_tree::{NewInLeaf, PlaceTree};
 use crate::geometry::{gap, squared};
-use crate::neighbours::Near;
 
 /// At most [`NEAREST`] points, the nearest first, then [`NONE`].
 pub(super) type NearList = [u32; NEAREST];
@@ -24,6 +23,7 @@ pub(super) struct NearLists {
 #[derive(Default)]
 pub(super) struct Room {
     radius_mm: f64,
+    waiting: Vec<u32>,
     gathered: Vec<u32>,
     /// Places of the gathered points.
     places_mm: Vec<PointMm>,
@@ -82,15 +82,6 @@ impl NearLists {
         }
         let len = list.iter().position(|&other| other == NONE).unwrap_or(NEAREST);
         &list[..len]
-    }
-
-    /// The nearest with the squares of their distances.
-    pub(super) fn with_squares(&self, tree: &PlaceTree, at: u32, found: &mut Vec<Near>) {
-        let points = tree.points_mm();
-        let place = points[at as usize];
-        found.clear();
-        let near = self.of(at).iter();
-        found.extend(near.map(|&other| (squared(place, points[other as usize]), other)));
     }
 
     /// Whether a point is among the nearest of another.
@@ -158,7 +149,8 @@ pub(super) fn ask_together(
     let mut most = MOST_GATHERED;
     loop {
         room.gathered.clear();
-        let is_whole = tree.gather(&own, radius * radius, most, &mut room.gathered);
+        let found = (&mut room.waiting, &mut room.gathered);
+        let is_whole = tree.gather(&own, radius * radius, most, found);
         if !is_whole {
             if new.to > new.from + 1 {
                 return false;

@@ -97,8 +97,22 @@ impl PlaceTree {
         }
         let bounds = BoxMm::about(batch.iter().map(|&(place, _)| place));
         let cell = self.grown_to(&bounds);
+        self.points_mm.reserve(batch.len());
+        self.ids.reserve(batch.len());
+        self.leaf_of.reserve(batch.len());
+        self.sights.reserve(batch.len());
+        // Leaves are more than half full, on the average.
+        self.blocks.reserve(batch.len() / LEAF * 2);
+        self.nodes.reserve(batch.len() / LEAF * 4);
         self.descend(ROOT, cell, batch, &mut inserted);
         inserted
+    }
+
+    /// Gives back the memory of all but places and numbers.
+    pub(super) fn forget_nodes(&mut self) {
+        let points_mm = std::mem::take(&mut self.points_mm);
+        let ids = std::mem::take(&mut self.ids);
+        *self = PlaceTree { points_mm, ids, ..PlaceTree::default() };
     }
 
     /// The cell of the root, doubled until it holds a box.

@@ -33,7 +33,6 @@ pub(super) struct Star {
 /// Memory of a thread between stars.
 #[derive(Default)]
 pub(super) struct Room {
-    near: Vec<Near>,
     wider: Vec<Near>,
     /// Points whose planes were asked for.
     asked: Vec<u32>,
@@ -97,17 +96,17 @@ impl Maker<'_> {
         let across = cross(plane.normal, along);
         let reach = plane.reach_mm;
         let place = points_mm[at as usize];
-        let half = |&(square, other): &Near| {
+        let square = |other: u32| squared(place, points_mm[other as usize]);
+        let half = |(square, other): Near| {
             let way = minus(points_mm[other as usize], place);
             Half { x: dot(way, along), y: dot(way, across), offset: square / 2.0, of: other }
         };
         start(room, reach);
         room.near_ties.clear();
         room.asked.clear();
-        let mut near = std::mem::take(&mut room.near);
-        self.near.with_squares(self.tree, at, &mut near);
-        let widest = cut_all(room, near.iter().map(half), reach);
-        let seen = near.last().map_or(0.0, |last| last.0);
+        let near = self.near.of(at);
+        let widest = cut_all(room, near.iter().map(|&other| half((square(other), other))), reach);
+        let seen = near.last().map_or(0.0, |&last| square(last));
         let mut sight_mm2 = -1.0;
         if 4.0 * widest > seen {
             let radius = (2.0 * widest.sqrt()).min(reach) * (1.0 + 1e-9);
@@ -131,23 +130,22 @@ impl Maker<'_> {
                 known,
                 &mut room.waiting,
                 &mut |other| {
-                    let square = squared(place, points_mm[other as usize]);
+                    let square = square(other);
                     // Nearer ones are known, and this point itself.
                     if square < seen || square > sight_mm2 || other == at {
                         return;
                     }
                     let own = (square, other);
-                    let is_known = square == seen && near.iter().any(|near| near.1 == other);
-                    if !is_known && is_near(&room.cell, half(&own)) {
+                    let is_known = square == seen && near.contains(&other);
+                    if !is_known && is_near(&room.cell, half(own)) {
                         wider.push(own);
                     }
                 },
             );
             wider.sort_unstable_by(|a, b| self.tree.order(a, b));
-            cut_all(room, wider.iter().map(half), reach);
+            cut_all(room, wider.iter().map(|&near| half(near)), reach);
             room.wider = wider;
         }
-        room.near = near;
         self.settle(at, reach * reach / 4.0, room);
         let ring = Ring::new(room.ring.iter().map(|half| half.of));
         room.asked.sort_unstable();

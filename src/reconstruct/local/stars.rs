@@ -88,12 +88,14 @@ impl Stars {
         *own = ring;
     }
 
-    /// Settles marks after rings of some points have changed. `lost` are the facets that these are without now.
+    /// Settles marks after rings of some points have changed. `lost` are the facets that these are without now. Facets that came are
+    /// listed where `lists`.
     pub(super) fn agree(
         &mut self,
         changed: &[u32],
         mut lost: Vec<Facet>,
         is_changed: impl Fn(u32) -> bool + Sync,
+        lists: bool,
     ) -> Exchange {
         sort_facets(&mut lost);
         lost.dedup();
@@ -103,18 +105,26 @@ impl Stars {
         let mut found = Vec::new();
         for points in changed.chunks(POINTS_HELD) {
             let find_all = |points: &[u32]| {
-                let mut own = Vec::with_capacity(2 * points.len());
-                points.iter().for_each(|&p| self.find(p, &is_changed, &mut own));
+                let mut own = Vec::with_capacity(if lists { 2 * points.len() } else { 0 });
+                let mut take = |facet| {
+                    if lists {
+                        own.push(facet);
+                    }
+                };
+                points.iter().for_each(|&p| self.find(p, &is_changed, &mut take));
                 own
             };
             let parts: Vec<Vec<Facet>> = points.par_chunks(POINTS_AT_ONCE).map(find_all).collect();
+            if points.len() == changed.len() {
+                found.reserve_exact(parts.iter().map(Vec::len).sum());
+            }
             parts.into_iter().for_each(|part| found.extend(part));
         }
         Exchange { added: found, removed: lost }
     }
 
     /// Finds the facets at a point that are agreed and not marked, and marks them. Of corners that changed, the first tells a facet.
-    fn find(&self, p: u32, is_changed: &impl Fn(u32) -> bool, agreed: &mut Vec<Facet>) {
+    fn find(&self, p: u32, is_changed: &impl Fn(u32) -> bool, take: &mut impl FnMut(Facet)) {
         let rings = &self.rings;
         let ring = &rings[p as usize];
         // In a ring of two both pairs are one facet, marked at either.
@@ -130,7 +140,7 @@ impl Stars {
             }
             let (at_q, at_r) = (&rings[q as usize], &rings[r as usize]);
             if let Some((of_q, of_r)) = at_q.slot(p, r).zip(at_r.slot(p, q)) {
-                agreed.push(sorted([p, q, r]));
+                take(sorted([p, q, r]));
                 ring.mark(at);
                 at_q.mark(of_q);
                 at_r.mark(of_r);

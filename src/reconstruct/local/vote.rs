@@ -152,7 +152,7 @@ fn flat([a, c]: [PointMm; 2], [b, d]: [PointMm; 2]) -> Shape {
 /// What of the fourth power of a length counts as a tie.
 fn rounding(places: [PointMm; 4], square: f64) -> f64 {
     let values = places.as_flattened();
-    let coordinate = values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    let coordinate = values.iter().fold(0.0_f64, |most, value| larger(value.abs(), most));
     TIE * square * square + 64.0 * f64::EPSILON * coordinate * square * square.sqrt()
 }
 

@@ -67,10 +67,10 @@ impl PlaceTree {
         own: &BoxMm,
         limit_mm2: f64,
         most: usize,
-        found: &mut Vec<u32>,
+        (waiting, found): (&mut Vec<u32>, &mut Vec<u32>),
     ) -> bool {
         let distance = |node: u32| gap(own, &self.nodes[node as usize].bounds) * (1.0 - MARGIN);
-        let mut waiting: Vec<u32> = Vec::with_capacity(64);
+        waiting.clear();
         let start = self.below(own, limit_mm2.sqrt());
         waiting.extend((distance(start) <= limit_mm2).then_some(start));
         while let Some(node) = waiting.pop() {
