@@ -108,6 +108,9 @@ impl Asked {
 
     /// Finds the earlier points that see the new points of a leaf.
     fn see(&mut self, tree: &PlaceTree, new: NewInLeaf) {
+        if tree.is_blind(&NEW_PLACE) {
+            return;
+        }
         let points_mm = tree.points_mm();
         let own = tree.about(new.from..new.to);
         tree.seeing(&NEW_PLACE, &own, &mut |at| {

@@ -130,7 +130,7 @@ impl LocalSurface {
                 let rings: Vec<Option<Ring>> = points
                     .iter()
                     .map(|&at| {
-                        let ring = made.take(at, maker.star(at, &mut room));
+                        let ring = made.take(at, maker.star(at, maker.along(at), &mut room));
                         (!stars.has_ring(at, &ring)).then_some(ring)
                     })
                     .collect();
@@ -164,8 +164,19 @@ impl LocalSurface {
         let maker = Maker { tree: &self.tree, near: &self.near, planes: &self.planes };
         let make = |(part, rings): (usize, &mut [Ring])| {
             let (mut room, mut made) = (Room::default(), Made::default());
-            for (ring, at) in rings.iter_mut().zip(first + (part * NEW_AT_ONCE) as u32..) {
-                *ring = made.take(at, maker.star(at, &mut room));
+            let mut from = first + (part * NEW_AT_ONCE) as u32;
+            for rings in rings.chunks_mut(TOGETHER) {
+                // Ahead of the stars, which would wait for roots and divisions.
+                let points: [u32; TOGETHER] = std::array::from_fn(|lane| from + lane as u32);
+                let points = &points[..rings.len()];
+                let mut along = [[0.0; 3]; TOGETHER];
+                for (along, &at) in along.iter_mut().zip(points) {
+                    *along = maker.along(at);
+                }
+                for ((ring, &at), along) in rings.iter_mut().zip(points).zip(along) {
+                    *ring = made.take(at, maker.star(at, along, &mut room));
+                }
+                from += rings.len() as u32;
             }
             made
         };
@@ -216,6 +227,8 @@ impl LocalSurface {
 
 /// Points that a thread takes in turn.
 const POINTS_AT_ONCE: usize = 256;
+/// Points whose directions are computed together.
+const TOGETHER: usize = 8;
 /// New points whose stars a thread makes in turn: the more, the fewer answers of the rule are asked for again.
 const NEW_AT_ONCE: usize = 1024;
 /// Points whose new planes or stars are held beside those they replace.

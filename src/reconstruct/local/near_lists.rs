@@ -165,15 +165,11 @@ pub(super) fn ask_together(
         }
         // Of the point that is worst off.
         let mut farthest_mm2: f64 = 0.0;
-        let mut limit_mm2 = f64::INFINITY;
+        let mut before = None;
         for (at, to) in (new.from..new.to).zip(&mut *lists) {
-            let (list, far_mm2) = select(tree, at, limit_mm2, room);
-            if at + 1 < new.to && wanted == NEAREST {
-                // The next one has as many about it: those of this one and this one itself.
-                let [place, next] = [at, at + 1].map(|at| tree.points_mm()[at as usize]);
-                let reach_mm = far_mm2.sqrt() + squared(place, next).sqrt();
-                limit_mm2 = reach_mm * reach_mm * (1.0 + 1e-9);
-            }
+            let (list, far_mm2) = select(tree, at, before, room);
+            // The next one has as many about it: those of this one and this one itself.
+            before = (wanted == NEAREST).then_some(at);
             farthest_mm2 = farthest_mm2.max(far_mm2);
             *to = list;
         }
@@ -185,30 +181,39 @@ pub(super) fn ask_together(
     }
 }
 
-/// The nearest of what was gathered, none of them farther than a limit, and the square of the distance of the last, mm².
+/// The nearest of what was gathered, and the square of the distance of the last, mm². `before` is the point that was asked before,
+/// where it has all its neighbours among the same.
 ///
 /// They are sorted as numbers: a square without its last bits, and the point in their place. Squares that differ in these bits alone
 /// are put in order afterwards.
-fn select(tree: &PlaceTree, at: u32, limit_mm2: f64, room: &mut Room) -> (NearList, f64) {
+fn select(tree: &PlaceTree, at: u32, before: Option<u32>, room: &mut Room) -> (NearList, f64) {
     let points = tree.points_mm();
     let place = points[at as usize];
     // Few lie farther than the last of the point before: the fewer are sorted the better.
-    let mut count = room.take_keys(place, at, limit_mm2.min(FARTHER * room.far_mm2));
+    let mut count = room.take_keys(place, at, FARTHER * room.far_mm2);
     if count < NEAREST {
+        let limit_mm2 = before.map_or(f64::INFINITY, |before| {
+            let reach_mm = room.far_mm2.sqrt() + squared(points[before as usize], place).sqrt();
+            reach_mm * reach_mm * (1.0 + 1e-9)
+        });
         count = room.take_keys(place, at, limit_mm2);
     }
     let keys = &mut room.keys[..count];
     keys.sort_unstable();
     let number = |key: u64| (key & NUMBER) as u32;
     let near = |key: u64| (squared(place, points[number(key) as usize]), number(key));
-    let mut first = 0;
-    while first < keys.len().min(NEAREST) {
-        let alike = keys[first..].iter().take_while(|&&key| key & !NUMBER == keys[first] & !NUMBER);
-        let next = first + alike.count();
-        if next > first + 1 {
-            keys[first..next].sort_unstable_by(|&a, &b| tree.order(&near(a), &near(b)));
+    let is_alike = |one: u64, other: u64| (one ^ other) & !NUMBER == 0;
+    let pairs = keys.windows(2).take(NEAREST);
+    if pairs.fold(false, |any, pair| any | is_alike(pair[0], pair[1])) {
+        let mut first = 0;
+        while first < keys.len().min(NEAREST) {
+            let alike = keys[first..].iter().take_while(|&&key| is_alike(key, keys[first]));
+            let next = first + alike.count();
+            if next > first + 1 {
+                keys[first..next].sort_unstable_by(|&a, &b| tree.order(&near(a), &near(b)));
+            }
+            first = next;
         }
-        first = next;
     }
     let mut list = [NONE; NEAREST];
     for (to, &key) in list.iter_mut().zip(&*keys) {

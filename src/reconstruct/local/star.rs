@@ -1,5 +1,7 @@
 //! The star of a point: its Voronoi cell cut by its tangent plane, ties and near ties by the rule of [`super::vote`].
 
+use asphera_geometry::PointMm;
+
 use super::near_lists::NearLists;
 use super::normals::{Places as _, TangentPlane};
 use super::place_tree::{Ball, PlaceTree};
@@ -85,14 +87,18 @@ impl Corner {
 }
 
 impl Maker<'_> {
-    /// The star of a point; empty where it has no plane.
-    pub(super) fn star(&self, at: u32, room: &mut Room) -> Star {
+    /// A direction in the plane of a point.
+    pub(super) fn along(&self, at: u32) -> PointMm {
+        self.planes[at as usize].map_or([0.0; 3], |plane| basis(plane.normal))
+    }
+
+    /// The star of a point, with the direction that [`Maker::along`] gives; empty where it has no plane.
+    pub(super) fn star(&self, at: u32, along: PointMm, room: &mut Room) -> Star {
         let Some(plane) = self.planes[at as usize] else {
             let (ring, asked) = (Ring::default(), Vec::new());
             return Star { ring, sight_mm2: -1.0, asked_mm2: -1.0, asked };
         };
         let points_mm = self.tree.points_mm();
-        let along = basis(plane.normal);
         let across = cross(plane.normal, along);
         let reach = plane.reach_mm;
         let place = points_mm[at as usize];

@@ -69,6 +69,11 @@ impl PlaceTree {
         }
     }
 
+    /// Whether no point sees anything.
+    pub(in crate::local) fn is_blind(&self, which: &[Sight]) -> bool {
+        self.nodes.first().is_none_or(|root| farthest(&root.sights, which) < 0.0)
+    }
+
     /// Calls with every point of leaves that may see a place of a box.
     pub(in crate::local) fn seeing(
         &self,
