@@ -40,7 +40,7 @@ pub struct TooManyPoints {
 /// The largest number of points that [`local`] takes.
 pub const MOST_POINTS: usize = 12_000_000;
 
-/// Reconstructs a surface through points by local stars, as [`LocalSurface`] does of one batch. n·log n time, some 290 bytes a point.
+/// Reconstructs a surface through points by local stars, as [`LocalSurface`] does of one batch. n·log n time, some 240 bytes a point.
 ///
 /// The facets depend on the places alone, not on their order or the threads.
 ///
