@@ -90,11 +90,12 @@ impl Choice {
         }
         let outliers = outliers(triangulation);
         let rest = Rest::new(triangulation, &outliers);
-        let curve = hnn_crust(rest.triangulation());
+        let curve = hnn_crust(rest.triangulation().samples());
         let most_mm = longest_mm(rest.triangulation(), &curve);
         if !outliers.is_empty() {
             // Tips of corners look like short runs: one closed curve joins them without a long edge.
-            let all = Choice::of_border(triangulation, &hnn_crust(triangulation), most_mm);
+            let all =
+                Choice::of_border(triangulation, &hnn_crust(triangulation.samples()), most_mm);
             if all.method == Method::Connect2d {
                 return Choice { inner_share, ..all };
             }
@@ -161,7 +162,7 @@ impl Choice {
             }
             let graph = match self.method {
                 Method::Connect2d => connect2d(rest.triangulation()),
-                _ => hnn_crust(rest.triangulation()),
+                _ => hnn_crust(rest.triangulation().samples()),
             };
             let graph = rest.back(&graph);
             return Some(FoundCurve { graph, ..FoundCurve::default() });
@@ -271,7 +272,7 @@ fn outliers(triangulation: &Triangulation) -> Vec<SampleId> {
         out.sort_unstable();
     }
     let rest = Rest::new(triangulation, &out);
-    let curve = hnn_crust(rest.triangulation());
+    let curve = hnn_crust(rest.triangulation().samples());
     let chains = curve.chains(rest.kept.len());
     if chains.iter().any(|chain| chain.samples.len() >= LONG) {
         let short = chains.iter().filter(|chain| !chain.closed && chain.samples.len() <= SHORT);

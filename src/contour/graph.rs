@@ -28,6 +28,12 @@ impl Graph {
         Graph { edges }
     }
 
+    /// The graph of sorted edges, the smaller end first and each there once.
+    pub(crate) fn of_sorted(edges: Vec<[SampleId; 2]>) -> Graph {
+        debug_assert!(edges.iter().all(|[p, q]| p < q) && edges.is_sorted_by(|a, b| a < b));
+        Graph { edges }
+    }
+
     /// The graph of those edges of a triangulation for which `wanted` is true.
     pub(crate) fn of_edges(
         triangulation: &Triangulation,

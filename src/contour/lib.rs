@@ -30,6 +30,7 @@
 
 pub mod benchmark;
 mod bezier;
+mod cells;
 mod choice;
 mod compare;
 pub mod curves;

@@ -413,8 +413,10 @@ impl Method {
             Method::Crust => crust(triangulation),
             Method::OneStepCrust => one_step_crust(triangulation).crust,
             Method::NnCrust => nn_crust(triangulation),
-            Method::HnnCrust if value("one_sided") > 0.0 => one_sided_hnn_crust(triangulation),
-            Method::HnnCrust => hnn_crust(triangulation),
+            Method::HnnCrust if value("one_sided") > 0.0 => {
+                one_sided_hnn_crust(triangulation.samples())
+            }
+            Method::HnnCrust => hnn_crust(triangulation.samples()),
             Method::ConservativeCrust => conservative_crust(triangulation, value("rho")),
             Method::Crawl => crawl(triangulation),
             Method::VoronoiLabelling => voronoi_labelling(triangulation),

@@ -4,7 +4,7 @@
 //! Foundations of Multidimensional and Metric Data Structures, 1.4). A mean over a window is nowhere above the highest of
 //! its places, and knows their noise averaged.
 
-use asphera_geometry::BoundsMm;
+use asphera_geometry::{BoundsMm, along_morton};
 use rayon::prelude::*;
 
 /// Places in the order of the curve, and the squares over them.
@@ -95,22 +95,12 @@ fn keys(places_mm: &[[f64; 2]], depth: u32) -> Vec<u32> {
     let side_mm = (high[0] - low[0]).max(high[1] - low[1]).max(f64::MIN_POSITIVE);
     let squares = 1_u32 << depth;
     let key = |place: &[f64; 2]| {
-        let [x, y] = [0, 1].map(|axis| {
+        along_morton([0, 1].map(|axis| {
             let share = (place[axis] - low[axis]) / side_mm;
-            spread(((share * f64::from(squares)) as u32).min(squares - 1))
-        });
-        x | y << 1
+            ((share * f64::from(squares)) as u32).min(squares - 1) as u16
+        }))
     };
     places_mm.par_iter().map(key).collect()
-}
-
-/// Sixteen bits with a nought before each.
-fn spread(bits: u32) -> u32 {
-    let mut bits = bits & 0xffff;
-    for (by, mask) in [(8, 0x00ff_00ff), (4, 0x0f0f_0f0f), (2, 0x3333_3333), (1, 0x5555_5555)] {
-        bits = (bits | bits << by) & mask;
-    }
-    bits
 }
 
 /// The largest windows: a quarter of the side of the part.

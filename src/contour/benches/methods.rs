@@ -113,7 +113,7 @@ impl Work {
     fn times(self, points: &[PlaceMm]) -> [f64; 2] {
         let (mesh, mesh_s) = timed(|| meshed(points));
         if let Work::Sampling = self {
-            let curve = asphera_contour::curves::hnn_crust(&mesh);
+            let curve = asphera_contour::curves::hnn_crust(mesh.samples());
             return [mesh_s, timed(|| drop(CurveSampling::new(&mesh, &curve))).1];
         }
         let (found, seconds) = timed(|| self.run(&mesh));

@@ -99,7 +99,7 @@ fn curves(count: usize, peers: &Peers, show: &dyn Fn(Row)) {
     for (of, points) in
         [("HNN-Crust, in no order", shuffled(traced.clone())), ("HNN-Crust, traced", traced)]
     {
-        let ours = ours(|| hnn_crust(&meshed(&points)).edges().len());
+        let ours = ours(|| hnn_crust(&Samples::new(&points).expect("finite points")).edges().len());
         let theirs = theirs(|| peers.hnn_crust(&points));
         show(Row { of, points: count, ours, peer: "its authors", theirs });
     }

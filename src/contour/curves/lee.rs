@@ -267,8 +267,7 @@ fn joined(places: &[PlaceMm], kept: &[SampleId]) -> Graph {
     let chosen: Vec<PlaceMm> = kept.iter().map(|&sample| places[sample as usize]).collect();
     // Fitted places of admitted ones lie beside them.
     let Ok(samples) = Samples::new(&chosen) else { return Graph::default() };
-    let triangulation = Triangulation::new(samples);
-    let edges = hnn_crust(&triangulation).edges_by_row(triangulation.samples());
+    let edges = hnn_crust(&samples).edges_by_row(&samples);
     Graph::new(edges.into_iter().map(|edge| edge.map(|row| kept[row as usize])))
 }
 

@@ -49,7 +49,7 @@ pub fn petals(triangulation: &Triangulation) -> Sampling {
 /// region. Proven for minimal reach samples; the source is that of [`petals`]. In doubles. Linear time but for the order of lengths.
 pub fn discern(triangulation: &Triangulation) -> Region {
     if petals(triangulation) == Sampling::Border {
-        return Region::enclosed(triangulation, hnn_crust(triangulation));
+        return Region::enclosed(triangulation, hnn_crust(triangulation.samples()));
     }
     let shortest_mm = |sample: SampleId| {
         let nearest = triangulation.nearest(sample);

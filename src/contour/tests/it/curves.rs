@@ -43,7 +43,7 @@ fn crusts_lie_in_each_other() {
             let one_step = one_step_crust(&set).crust;
             assert!(one_step.is_part_of(&gabriel(&set)));
             assert!(conservative_crust(&set, 1.0).is_part_of(&gabriel(&set)));
-            assert!(hnn_crust(&set).is_part_of(&one_sided_hnn_crust(&set)));
+            assert!(hnn_crust(set.samples()).is_part_of(&one_sided_hnn_crust(set.samples())));
             assert!(peel(&set, 0.0).is_part_of(&delaunay(&set)));
         }
         // Rounded Voronoi vertices may fall on either side where four samples lie on a circle: not on lattices.
@@ -88,9 +88,12 @@ fn the_nearest_neighbour_crusts_agree_with_all_pairs() {
         assert_eq!(nn_crust(&set), Graph::new(nearest));
         let edge = |p: usize, q: usize| [p as SampleId, q as SampleId];
         let all = (0..count).flat_map(|p| chosen[p].iter().map(move |&q| (p, q)));
-        assert_eq!(one_sided_hnn_crust(&set), Graph::new(all.clone().map(|(p, q)| edge(p, q))));
+        assert_eq!(
+            one_sided_hnn_crust(set.samples()),
+            Graph::new(all.clone().map(|(p, q)| edge(p, q)))
+        );
         let both = all.filter(|&(p, q)| chosen[q].contains(&p)).map(|(p, q)| edge(p, q));
-        assert_eq!(hnn_crust(&set), Graph::new(both));
+        assert_eq!(hnn_crust(set.samples()), Graph::new(both));
     }
 }
 
@@ -183,7 +186,7 @@ fn sig_connect2d_tells_a_ring_from_a_disc() {
     for graph in [
         sig_connect2d(&set),
         crust(&set),
-        hnn_crust(&set),
+        hnn_crust(set.samples()),
         nn_crust(&set),
         peel(&set, 0.0),
         crawl(&set),
@@ -225,13 +228,15 @@ fn open_curves_stay_open_and_outliers_alone() {
     let mut with_outlier = arc.clone();
     with_outlier.push([40.0, 3.0]);
     let set = triangulation(&arc);
-    for graph in [crust(&set), hnn_crust(&set), nn_crust(&set), conservative_crust(&set, 1.0)] {
+    for graph in
+        [crust(&set), hnn_crust(set.samples()), nn_crust(&set), conservative_crust(&set, 1.0)]
+    {
         assert_eq!(by_row(&graph, &set), expected);
         assert_eq!((graph.ends(60).len(), graph.junctions(60).len()), (2, 0));
         assert_eq!(graph.chains(60).len(), 1);
     }
     let set = triangulation(&with_outlier);
-    for graph in [conservative_crust(&set, 1.0), hnn_crust(&set)] {
+    for graph in [conservative_crust(&set, 1.0), hnn_crust(set.samples())] {
         assert_eq!(by_row(&graph, &set), expected);
         assert_eq!(graph.alone(61), [set.samples().of_row(60)]);
     }

@@ -44,12 +44,12 @@ fn nn_crust_at_epsilon_a_third() {
 
 #[test]
 fn hnn_crust_at_rho_nine_tenths() {
-    all_right("hnn-crust", Condition::Rho(0.9 * SAFETY), hnn_crust);
+    all_right("hnn-crust", Condition::Rho(0.9 * SAFETY), |set| hnn_crust(set.samples()));
 }
 
 #[test]
 fn hnn_crust_at_epsilon_047() {
-    all_right("hnn-crust", Condition::Epsilon(0.47 * SAFETY), hnn_crust);
+    all_right("hnn-crust", Condition::Epsilon(0.47 * SAFETY), |set| hnn_crust(set.samples()));
 }
 
 #[test]

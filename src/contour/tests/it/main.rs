@@ -14,6 +14,7 @@ mod features;
 mod gaps;
 mod graphs;
 mod guarantees;
+mod half_neighbours;
 mod hiyoshi;
 mod invariance;
 mod noisy;

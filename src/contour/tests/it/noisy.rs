@@ -51,7 +51,7 @@ fn noise_closes_to_one_curve_nearer_to_the_truth_than_the_samples() {
             gains += rms(&moved) / rms(&longest.places_mm(set.samples())) / 5.0;
             joined += longest.samples.len() as f64 / count as f64 / 5.0;
             whole += usize::from(longest.closed && chains.len() == 1);
-            let broken = hnn_crust(&set).ends(set.len()).len();
+            let broken = hnn_crust(set.samples()).ends(set.len()).len();
             assert!(chains.len() <= 2 && (count == 200 || broken >= 12), "{count} {sigma} {draw}");
         }
         println!(

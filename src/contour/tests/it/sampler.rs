@@ -116,7 +116,7 @@ fn samples_for_a_proven_condition_are_joined_rightly() {
         };
         let points = of(RHO_09);
         let set = triangulation(&points);
-        let found = hnn_crust(&set);
+        let found = hnn_crust(set.samples());
         assert_eq!(by_row(&found, &set), closed(points.len()));
         // What is judged by the samples alone agrees with what they were made for.
         let rho = CurveSampling::new(&set, &found).rho().unwrap().rho;

@@ -126,7 +126,7 @@ fn corners_and_ends_fail_every_condition() {
     // Half a circle ends twice, and is dense.
     let half = &circle(200)[..100];
     let set = triangulation(half);
-    let curve = hnn_crust(&set);
+    let curve = hnn_crust(set.samples());
     let found = CurveSampling::new(&set, &curve);
     let verdict = found.against(&Method::HnnCrust.condition().unwrap());
     assert!(!verdict.holds() && verdict.failures.len() == 2);

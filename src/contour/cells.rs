@@ -1,0 +1,221 @@
+//! The samples in the cells of a quadtree: what is near a place without a mesh.
+
+use asphera_geometry::{BoundsMm, along_morton};
+
+use crate::samples::{PlaceMm, SampleId, Samples};
+
+/// Number of a sample along the curve through the cells: its index in [`Cells::places`].
+pub(crate) type Position = u32;
+
+/// The samples along Morton's curve, and a tree of boxes about runs of them.
+///
+/// A run is cut where the curve leaves a cell of the quadtree, which is as small as its samples ask for: dense parts have small cells,
+/// and nothing depends on the box about all. Which samples share a cell depends on their places alone.
+pub(crate) struct Cells {
+    places: Vec<PlaceMm>,
+    samples: Vec<SampleId>,
+    nodes: Vec<Node>,
+}
+
+/// A run of samples: those of a cell. The first of its two halves follows it, and then the other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Node {
+    /// The box about its places.
+    bounds: BoundsMm,
+    /// Its first sample.
+    first: Position,
+    /// The sample behind its last one.
+    end: Position,
+    /// The node behind it and all below it.
+    next: u32,
+}
+
+/// Key of a cell along the curve above, number of a sample below.
+type Entry = u64;
+
+/// Up to so many samples are one run: they are compared with each other faster than a walk tells them apart.
+const LEAF: usize = 8;
+
+/// Larger runs are sorted by counting.
+const FEW: usize = 1 << 11;
+
+impl Cells {
+    /// The cells of samples; n·log n time.
+    pub(crate) fn new(samples: &Samples) -> Cells {
+        let mut entries: Vec<Entry> = (0..samples.len() as Entry).collect();
+        let mut nodes = Vec::with_capacity(entries.len() / 2);
+        if !entries.is_empty() {
+            sort(&mut entries, samples.places());
+            split(&mut entries, 0, samples.places(), &mut nodes);
+        }
+        let samples_in_order: Vec<SampleId> = entries.iter().map(|&it| it as SampleId).collect();
+        let places = samples_in_order.iter().map(|&it| samples.places()[it as usize]).collect();
+        Cells { places, samples: samples_in_order, nodes }
+    }
+
+    /// The places along the curve, mm.
+    pub(crate) fn places(&self) -> &[PlaceMm] {
+        &self.places
+    }
+
+    /// The sample at each position.
+    pub(crate) fn samples(&self) -> &[SampleId] {
+        &self.samples
+    }
+
+    /// The smallest runs, in order: every sample is in one.
+    pub(crate) fn leaves(&self) -> Vec<Node> {
+        self.nodes.iter().copied().filter(Node::is_leaf).collect()
+    }
+
+    /// Gives the smallest runs no farther from a box than the root of `squared_mm2`, in order, until `visit` gives false.
+    pub(crate) fn visit_near(
+        &self,
+        about: &BoundsMm,
+        squared_mm2: f64,
+        mut visit: impl FnMut(&Node) -> bool,
+    ) {
+        let mut at = 0;
+        while let Some(node) = self.nodes.get(at) {
+            if squared_gap(&node.bounds, about) > squared_mm2 {
+                at = node.next as usize;
+                continue;
+            }
+            if node.is_leaf() && !visit(node) {
+                return;
+            }
+            at += 1;
+        }
+    }
+
+    /// Gives runs to `visit`, near ones of a place first. It gives the square of the distance in mm² beyond which no more are wanted;
+    /// boxes that `is_wanted` refuses are left out.
+    pub(crate) fn search(
+        &self,
+        at: PlaceMm,
+        is_wanted: impl Fn(&BoundsMm) -> bool,
+        mut visit: impl FnMut(&Node) -> f64,
+    ) {
+        let here = BoundsMm::about([at]);
+        let gap = |node: u32| squared_gap(&self.nodes[node as usize].bounds, &here);
+        let mut limit_mm2 = f64::INFINITY;
+        let mut open = Vec::new();
+        if !self.nodes.is_empty() {
+            open.push((gap(0), 0));
+        }
+        while let Some((squared_mm2, index)) = open.pop() {
+            let node = &self.nodes[index as usize];
+            if squared_mm2 > limit_mm2 || !is_wanted(&node.bounds) {
+                continue;
+            }
+            if node.is_leaf() {
+                limit_mm2 = visit(node);
+                continue;
+            }
+            let mut halves = [index + 1, self.nodes[index as usize + 1].next];
+            let [first, second] = halves.map(gap);
+            if first < second {
+                halves.swap(0, 1);
+            }
+            open.extend(halves.map(|half| (gap(half), half)));
+        }
+    }
+}
+
+impl Node {
+    /// The box about its places.
+    pub(crate) fn bounds(&self) -> &BoundsMm {
+        &self.bounds
+    }
+
+    /// Its samples.
+    pub(crate) fn positions(&self) -> std::ops::Range<usize> {
+        self.first as usize..self.end as usize
+    }
+
+    fn is_leaf(&self) -> bool {
+        (self.end - self.first) as usize <= LEAF
+    }
+}
+
+/// Square of the distance of two boxes in mm².
+#[inline]
+fn squared_gap(a: &BoundsMm, b: &BoundsMm) -> f64 {
+    let mut sum = 0.0;
+    for axis in 0..2 {
+        let [below, above] = [a.low[axis] - b.high[axis], b.low[axis] - a.high[axis]];
+        // One instruction each: `f64::max` knows what to do with NaN.
+        let gap = if above > below { above } else { below };
+        let gap = if gap > 0.0 { gap } else { 0.0 };
+        sum += gap * gap;
+    }
+    sum
+}
+
+/// Sorts entries along the curve over the square that holds them all, those of one cell by their numbers.
+fn sort(entries: &mut Vec<Entry>, places: &[PlaceMm]) {
+    key(entries, places);
+    if entries.len() < FEW {
+        entries.sort_unstable();
+        return;
+    }
+    // Sorted by counting, the low bits first: numbers are in order already.
+    let mut other = vec![0; entries.len()];
+    for shift in [32, 43, 54] {
+        let digit = |entry: Entry| (entry >> shift) as usize & 0x7ff;
+        let mut next = vec![0_u32; 1 << 11];
+        entries.iter().for_each(|&entry| next[digit(entry)] += 1);
+        let mut sum = 0;
+        for count in &mut next {
+            sum += std::mem::replace(count, sum);
+        }
+        for &entry in entries.iter() {
+            let place = &mut next[digit(entry)];
+            other[*place as usize] = entry;
+            *place += 1;
+        }
+        std::mem::swap(entries, &mut other);
+    }
+}
+
+/// Gives every entry the key of its cell in the square that holds them all.
+fn key(entries: &mut [Entry], places: &[PlaceMm]) {
+    let place = |entry: Entry| places[entry as SampleId as usize];
+    let bounds = BoundsMm::about(entries.iter().map(|&entry| place(entry)));
+    let [width_mm, height_mm] = bounds.size_mm();
+    let per_mm = f64::from(u16::MAX) / width_mm.max(height_mm);
+    for entry in entries {
+        let at = place(*entry);
+        // A number too large becomes the largest, and of one place alone no number becomes nought.
+        let cell = [0, 1].map(|axis| ((at[axis] - bounds.low[axis]) * per_mm) as u16);
+        *entry = u64::from(along_morton(cell)) << 32 | u64::from(*entry as SampleId);
+    }
+}
+
+/// Makes the nodes of sorted entries, the first of which has a position.
+fn split(entries: &mut [Entry], first: usize, places: &[PlaceMm], nodes: &mut Vec<Node>) {
+    let node = nodes.len();
+    let [from, to] = [first, first + entries.len()].map(|position| position as Position);
+    nodes.push(Node { bounds: BoundsMm::EMPTY, first: from, end: to, next: 0 });
+    let mut bounds = BoundsMm::EMPTY;
+    if entries.len() <= LEAF {
+        bounds = BoundsMm::about(entries.iter().map(|&it| places[it as SampleId as usize]));
+    } else {
+        if entries[0] >> 32 == entries[entries.len() - 1] >> 32 {
+            // One cell of the square above. Each sample is a place of its own, so they do not share a cell of their own square.
+            key(entries, places);
+            entries.sort_unstable();
+        }
+        let differing = (entries[0] ^ entries[entries.len() - 1]) >> 32;
+        let bit = 1 << (32 + differing.ilog2());
+        let cut = entries.partition_point(|&entry| entry & bit == 0);
+        let (low, high) = entries.split_at_mut(cut);
+        for (half, first) in [(low, first), (high, first + cut)] {
+            let at = nodes.len();
+            split(half, first, places, nodes);
+            bounds.join(&nodes[at].bounds);
+        }
+    }
+    nodes[node].bounds = bounds;
+    nodes[node].next = nodes.len() as u32;
+}
