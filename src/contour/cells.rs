@@ -34,7 +34,7 @@ pub(crate) struct Node {
 type Entry = u64;
 
 /// Up to so many samples are one run: they are compared with each other faster than a walk tells them apart.
-const LEAF: usize = 8;
+pub(crate) const LEAF: usize = 12;
 
 /// Larger runs are sorted by counting.
 const FEW: usize = 1 << 11;

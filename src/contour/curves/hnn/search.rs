@@ -4,7 +4,7 @@ use asphera_geometry::BoundsMm;
 use asphera_geometry::predicates::{certain_distances, compare_distances, squared_distance};
 
 use crate::PlaceMm;
-use crate::cells::{Cells, Node, Position};
+use crate::cells::{Cells, LEAF, Node, Position};
 
 /// No sample.
 pub(super) const NONE: Position = Position::MAX;
@@ -15,10 +15,13 @@ pub(super) type Chosen = [Position; 2];
 /// Memory of one thread that searches.
 pub(super) struct Search<'a> {
     cells: &'a Cells,
-    /// Samples about a run, with their places.
+    /// Samples about a run.
     near: Vec<Position>,
-    places: Vec<PlaceMm>,
+    /// Their x and y in mm.
+    places: [Vec<f64>; 2],
+    /// Squares of their distances in mm² from one of the run, and those of them that are within reach.
     squares_mm2: Vec<f64>,
+    within: Vec<(f64, u32)>,
 }
 
 /// A sample at a distance from another.
@@ -31,8 +34,13 @@ struct Candidate {
 
 impl<'a> Search<'a> {
     pub(super) fn new(cells: &'a Cells) -> Search<'a> {
-        let (near, places, squares_mm2) = Default::default();
-        Search { cells, near, places, squares_mm2 }
+        Search {
+            cells,
+            near: Vec::new(),
+            places: Default::default(),
+            squares_mm2: Vec::new(),
+            within: Vec::new(),
+        }
     }
 
     /// Adds the choices of the samples of a run, in order.
@@ -40,35 +48,46 @@ impl<'a> Search<'a> {
     /// Most find both within a few spacings of the run: what lies there is gathered once for all. The others search alone.
     pub(super) fn run(&mut self, leaf: &Node, chosen: &mut Vec<Chosen>) {
         let reach_mm2 = self.reach_mm2(leaf);
-        let Search { cells, near, places, .. } = self;
+        let Search { cells, near, places: [x, y], .. } = self;
+        let mut own = 0;
         near.clear();
-        places.clear();
+        x.clear();
+        y.clear();
         // Squares rounded down belong to samples a trifle beyond.
         cells.visit_near(leaf.bounds(), reach_mm2 * (1.0 + 2.0 * ROUNDING), |other| {
-            near.extend(other.positions().map(|position| position as Position));
-            places.extend_from_slice(&cells.places()[other.positions()]);
+            if other.positions().start == leaf.positions().start {
+                own = near.len();
+            }
+            for position in other.positions() {
+                let [at_x, at_y] = cells.places()[position];
+                near.push(position as Position);
+                x.push(at_x);
+                y.push(at_y);
+            }
             near.len() <= MANY
         });
         let is_shared = self.near.len() <= MANY && reach_mm2.is_finite();
         self.squares_mm2.resize(self.near.len(), 0.0);
-        for position in leaf.positions() {
-            let sample = position as Position;
-            let found = if is_shared { self.choice(sample, reach_mm2) } else { self.lone(sample) };
-            chosen.push(found);
+        self.within.resize(self.near.len(), (0.0, 0));
+        for (index, position) in leaf.positions().enumerate() {
+            chosen.push(if is_shared {
+                self.choice(own + index, reach_mm2)
+            } else {
+                self.lone(position as Position)
+            });
         }
     }
 
     /// Square in mm² of the distance from a run within which most of its samples have both.
     fn reach_mm2(&self, leaf: &Node) -> f64 {
         let (own, all) = (leaf.positions(), self.cells.places());
-        // Those before and after it on the curve belong to its neighbours as a rule.
-        let about = own.start.saturating_sub(2)..(own.end + 2).min(all.len());
-        let mut least = [f64::INFINITY; 16];
+        let mut least = [f64::INFINITY; LEAF];
         let count = own.len();
         for (least, at) in least.iter_mut().zip(own) {
-            for other in about.clone().filter(|&other| other != at) {
+            // Those next to it on the curve through the cells are near as a rule.
+            for other in at.saturating_sub(2)..(at + 3).min(all.len()) {
                 let square = squared_distance(all[at], all[other]);
-                *least = if square < *least { square } else { *least };
+                *least = if square < *least && other != at { square } else { *least };
             }
         }
         let least = &mut least[..count];
@@ -76,50 +95,49 @@ impl<'a> Search<'a> {
         SPACINGS * SPACINGS * least[count / 2]
     }
 
-    /// The choice of a sample; those no farther than the root of `reach_mm2` were gathered.
-    fn choice(&mut self, sample: Position, reach_mm2: f64) -> Chosen {
-        let at = self.cells.places()[sample as usize];
-        let mut least = f64::INFINITY;
-        let others = self.near.iter().zip(&self.places);
-        for (square, (&position, &place)) in self.squares_mm2.iter_mut().zip(others) {
-            let squared = squared_distance(at, place);
-            *square = if position == sample { f64::INFINITY } else { squared };
-            least = if *square < least { *square } else { least };
+    /// The choice of a gathered sample; those no farther than the root of `reach_mm2` were gathered.
+    fn choice(&mut self, own: usize, reach_mm2: f64) -> Chosen {
+        let Search { near, places: [x, y], squares_mm2, within, .. } = self;
+        let (sample, at) = (near[own], [x[own], y[own]]);
+        for ((square, x), y) in squares_mm2.iter_mut().zip(&*x).zip(&*y) {
+            *square = squared_distance(at, [*x, *y]);
         }
-        if least > reach_mm2 {
-            return self.lone(sample);
+        // Rounding may hide which of two is nearer, so those a trifle beyond count, too, but none of them is chosen.
+        let most_mm2 = reach_mm2 * (1.0 + ROUNDING);
+        let mut count = 0;
+        for (index, &square) in (0..).zip(&*squares_mm2) {
+            // Every one is written, and stays if it is near: that spares a branch that nobody can foresee.
+            within[count] = (square, index);
+            count += usize::from(square <= most_mm2 && index as usize != own);
         }
-        let Some(nearest) = self.least(at, least, |_| true) else { return self.lone(sample) };
-        let mut best_mm2 = reach_mm2;
-        let is_behind = |place: PlaceMm| is_nearer(place, at, nearest.at_mm);
-        for (&square, &place) in self.squares_mm2.iter().zip(&self.places) {
-            if square < best_mm2 && is_behind(place) {
-                best_mm2 = square;
-            }
-        }
-        match self.least(at, best_mm2, is_behind) {
-            Some(behind) => [nearest.position, behind.position],
-            None => [nearest.position, self.behind(sample, nearest.at_mm)],
-        }
+        let within = &self.within[..count];
+        let is_certain = |it: &Candidate| it.squared_mm2 <= reach_mm2;
+        let nearest = self.least(at, within, |_| true);
+        let Some(nearest) = nearest.filter(is_certain) else { return self.lone(sample) };
+        let behind = self.least(at, within, |place| is_nearer(place, at, nearest.at_mm));
+        let behind = behind.filter(is_certain).map(|behind| behind.position);
+        [nearest.position, behind.unwrap_or_else(|| self.behind(sample, nearest.at_mm))]
     }
 
-    /// The nearest gathered sample that is wanted, where `squared_mm2` is the least square of those in doubles; none where none is that near.
+    /// The nearest of some gathered samples that is wanted, of equally near ones that of the smallest number.
     fn least(
         &self,
-        at: PlaceMm,
-        squared_mm2: f64,
+        from: PlaceMm,
+        of: &[(f64, u32)],
         is_wanted: impl Fn(PlaceMm) -> bool,
     ) -> Option<Candidate> {
         let mut best: Option<Candidate> = None;
-        // Rounding may hide which of two is nearer.
-        let most_mm2 = squared_mm2 * (1.0 + ROUNDING);
-        for (index, &squared_mm2) in self.squares_mm2.iter().enumerate() {
-            if squared_mm2 <= most_mm2 {
-                let (position, at_mm) = (self.near[index], self.places[index]);
-                let found = Candidate { squared_mm2, position, at_mm };
-                if is_wanted(at_mm) && best.is_none_or(|best| self.precedes(at, &found, &best)) {
-                    best = Some(found);
-                }
+        let mut most_mm2 = f64::INFINITY;
+        for &(squared_mm2, index) in of {
+            if squared_mm2 > most_mm2 {
+                continue;
+            }
+            let index = index as usize;
+            let at_mm = [self.places[0][index], self.places[1][index]];
+            let found = Candidate { squared_mm2, position: self.near[index], at_mm };
+            if best.is_none_or(|best| self.precedes(from, &found, &best)) && is_wanted(at_mm) {
+                most_mm2 = squared_mm2 * (1.0 + ROUNDING);
+                best = Some(found);
             }
         }
         best

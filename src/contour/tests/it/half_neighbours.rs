@@ -95,6 +95,12 @@ fn family(kind: usize, count: usize, seed: u64) -> Vec<PlaceMm> {
                 [(index / 8) as f64 * cos, (index / 8) as f64 * sin]
             })
             .collect(),
+        // A turned lattice: rounding hides which of two are equally far.
+        11 => {
+            let (sin, cos) = random.between(0.0, TAU).sin_cos();
+            let turned = |[x, y]: PlaceMm| [x * cos - y * sin, x * sin + y * cos];
+            lattice(count, seed).into_iter().map(turned).collect()
+        }
         // A curve, and a twentieth of outliers.
         _ => {
             let mut points = flower(count, 0.0, &mut random);
@@ -106,7 +112,7 @@ fn family(kind: usize, count: usize, seed: u64) -> Vec<PlaceMm> {
     }
 }
 
-const KINDS: usize = 12;
+const KINDS: usize = 13;
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
@@ -147,7 +153,7 @@ fn of_many_points() {
 
 #[test]
 fn by_any_number_of_threads() {
-    let points = family(11, 30_000, 5);
+    let points = family(KINDS - 1, 30_000, 5);
     let samples = Samples::new(&points).unwrap();
     let expected = hnn_crust(&samples);
     for threads in [1, 2, 5] {
