@@ -9,7 +9,10 @@ mod report;
 mod sampled;
 mod slab;
 mod strokes;
+#[cfg(test)]
+mod tests;
 
+use asphera_contour::curves::HalfNeighbours;
 use asphera_contour::features::Course;
 use asphera_contour::strokes::Hint;
 use asphera_contour::{
@@ -28,7 +31,7 @@ pub(crate) use self::slab::plane_of;
 use self::features::features_of;
 use self::figures::{circle_of, deviation_from};
 use self::gaps::close_gaps;
-use self::report::{curve_report, region_report, with_choice};
+use self::report::{MOST_CHECKED, curve_report, region_report, unmeshed_report, with_choice};
 use self::strokes::strokes_report;
 
 /// How a contour is found and what is measured of it.
@@ -108,18 +111,23 @@ impl ContourSettings {
         points: &[PlaceMm],
         stage: &mut dyn FnMut(&'static str),
     ) -> Result<ContourReport, ContourError> {
-        stage("meshing");
         let samples = Samples::new(points)?;
         if samples.len() < 3 {
             let (places, points) = (samples.len(), samples.points());
             return Err(ContourError::TooFew { places, points });
         }
-        let triangulation = Triangulation::new(samples);
-        if triangulation.triangles().is_empty() {
-            return Err(ContourError::OnLine { places: triangulation.len() });
+        if samples.are_on_line() {
+            return Err(ContourError::OnLine { places: samples.len() });
         }
-        stage(self.method.name());
-        let (mut report, used, courses) = self.found(&triangulation)?;
+        let (mut report, used, courses) = if self.is_without_mesh(&samples) {
+            stage(self.method.name());
+            self.found_without_mesh(&samples)?
+        } else {
+            stage("meshing");
+            let triangulation = Triangulation::new(samples);
+            stage(self.method.name());
+            self.found(&triangulation)?
+        };
         if report.sampling.is_some() && report.chains.len() == 1 {
             report.circle = circle_of(&used);
         }
@@ -138,6 +146,26 @@ impl ContourSettings {
         Ok(report)
     }
 
+    /// Whether neither the method nor the report asks for a mesh: the sampling of so many points is not checked.
+    fn is_without_mesh(&self, samples: &Samples) -> bool {
+        self.method == Method::HnnCrust && samples.len() > MOST_CHECKED
+    }
+
+    /// As [`ContourSettings::found`], of HNN-Crust.
+    fn found_without_mesh(&self, samples: &Samples) -> Result<ReportedCurve, MethodError> {
+        let (method, parameters) = (self.method, &self.parameters);
+        parameters.check(&method)?;
+        let neighbours = HalfNeighbours::new(samples);
+        let is_one_sided = parameters.value(&method, "one_sided") > 0.0;
+        let graph = if is_one_sided { neighbours.one_sided() } else { neighbours.curve() };
+        let curve = FoundCurve { graph, ..FoundCurve::default() };
+        let spacing_mm = neighbours.spacing_median_mm();
+        let mut report = unmeshed_report(samples, (method, parameters), &curve, spacing_mm);
+        close_gaps(&mut report, samples, method, &curve, self.gap_mm);
+        let courses = Course::of_curve(samples, &curve, &[]);
+        Ok((report, used_of(samples, &curve, &[]), courses))
+    }
+
     /// The curve or area that the method finds, the points it was made of, and the courses of its curves.
     fn found(&self, triangulation: &Triangulation) -> Result<ReportedCurve, MethodError> {
         let method = self.method;
@@ -152,7 +180,11 @@ impl ContourSettings {
                 &FoundCurve::default(),
                 self.gap_mm,
             );
-            return Ok((report, joined(triangulation, strokes.region.border()), Vec::new()));
+            return Ok((
+                report,
+                joined(triangulation.samples(), strokes.region.border()),
+                Vec::new(),
+            ));
         }
         let region = method.region(triangulation, &parameters)?;
         let samples = triangulation.samples();
@@ -161,17 +193,17 @@ impl ContourSettings {
             Some(region) => {
                 let mut report = region_report(triangulation, method, &parameters, &region);
                 close_gaps(&mut report, samples, method, &FoundCurve::default(), self.gap_mm);
-                (report, joined(triangulation, region.border()), Vec::new())
+                (report, joined(samples, region.border()), Vec::new())
             }
             None => {
                 let curve = method.curve(triangulation, &parameters)?;
                 let mut report = curve_report(triangulation, method, &parameters, &curve);
                 close_gaps(&mut report, samples, method, &curve, self.gap_mm);
                 let courses = match method.kind() {
-                    Kind::Curve => Course::of_curve(triangulation, &curve, &[]),
+                    Kind::Curve => Course::of_curve(samples, &curve, &[]),
                     Kind::Region | Kind::Graph => Vec::new(),
                 };
-                (report, used_of(triangulation, &curve, &[]), courses)
+                (report, used_of(samples, &curve, &[]), courses)
             }
         })
     }
@@ -193,14 +225,14 @@ fn by_points(
         Some(region) => {
             let mut report = region_report(triangulation, method, parameters, &region);
             close_gaps(&mut report, samples, method, &FoundCurve::default(), gap_mm);
-            (report, joined(triangulation, region.border()), Vec::new())
+            (report, joined(samples, region.border()), Vec::new())
         }
         None => {
             let curve = choice.curve(triangulation).unwrap_or_default();
             let mut report = curve_report(triangulation, method, parameters, &curve);
             close_gaps(&mut report, samples, method, &curve, gap_mm);
-            let courses = Course::of_curve(triangulation, &curve, &choice.outliers);
-            (report, used_of(triangulation, &curve, &choice.outliers), courses)
+            let courses = Course::of_curve(samples, &curve, &choice.outliers);
+            (report, used_of(samples, &curve, &choice.outliers), courses)
         }
     };
     Ok((with_choice(report, &choice), used, courses))
@@ -216,22 +248,18 @@ fn noise_mm(courses: &[Course]) -> Option<f64> {
 const NOISE_POINTS: usize = 50;
 
 /// The places of samples that an edge joins.
-fn joined(triangulation: &Triangulation, graph: &Graph) -> Vec<PlaceMm> {
-    let degrees = graph.degrees(triangulation.len());
-    let places = triangulation.samples().places().iter().zip(degrees);
+fn joined(samples: &Samples, graph: &Graph) -> Vec<PlaceMm> {
+    let degrees = graph.degrees(samples.len());
+    let places = samples.places().iter().zip(degrees);
     places.filter(|(_, degree)| *degree > 0).map(|(&place, _)| place).collect()
 }
 
 /// The places that a curve was made of: all but outliers where noise was taken away, else those that it joins.
-fn used_of(
-    triangulation: &Triangulation,
-    curve: &FoundCurve,
-    outliers: &[SampleId],
-) -> Vec<PlaceMm> {
+fn used_of(samples: &Samples, curve: &FoundCurve, outliers: &[SampleId]) -> Vec<PlaceMm> {
     if curve.places_mm.is_none() {
-        return joined(triangulation, &curve.graph);
+        return joined(samples, &curve.graph);
     }
     let is_used = |sample: &SampleId| outliers.binary_search(sample).is_err();
-    let used = (0..triangulation.len() as SampleId).filter(is_used);
-    used.map(|sample| triangulation.place(sample)).collect()
+    let used = (0..).zip(samples.places()).filter(|(sample, _)| is_used(sample));
+    used.map(|(_, &place)| place).collect()
 }

@@ -2,6 +2,7 @@
 
 use asphera_geometry::{BoundsMm, along_morton};
 
+use crate::counting::{self, Entry, key, number, sort_by_key};
 use crate::samples::{PlaceMm, SampleId, Samples};
 
 /// Number of a sample along the curve through the cells: its index in [`Cells::places`].
@@ -30,27 +31,15 @@ pub(crate) struct Node {
     next: u32,
 }
 
-/// Key of a cell along the curve above, number of a sample below.
-type Entry = u64;
-
 /// Up to so many samples are one run: they are compared with each other faster than a walk tells them apart.
 pub(crate) const LEAF: usize = 12;
-
-/// Larger runs are sorted by counting.
-const FEW: usize = 1 << 11;
 
 impl Cells {
     /// The cells of samples; n·log n time.
     pub(crate) fn new(samples: &Samples) -> Cells {
-        let mut entries: Vec<Entry> = (0..samples.len() as Entry).collect();
-        let mut nodes = Vec::with_capacity(entries.len() / 2);
-        if !entries.is_empty() {
-            sort(&mut entries, samples.places());
-            split(&mut entries, 0, samples.places(), &mut nodes);
-        }
-        let samples_in_order: Vec<SampleId> = entries.iter().map(|&it| it as SampleId).collect();
-        let places = samples_in_order.iter().map(|&it| samples.places()[it as usize]).collect();
-        Cells { places, samples: samples_in_order, nodes }
+        let (in_order, nodes) = cut(samples);
+        let places = in_order.iter().map(|&sample| samples.places()[sample as usize]).collect();
+        Cells { places, samples: in_order, nodes }
     }
 
     /// The places along the curve, mm.
@@ -152,35 +141,26 @@ fn squared_gap(a: &BoundsMm, b: &BoundsMm) -> f64 {
     sum
 }
 
-/// Sorts entries along the curve over the square that holds them all, those of one cell by their numbers.
-fn sort(entries: &mut Vec<Entry>, places: &[PlaceMm]) {
-    key(entries, places);
-    if entries.len() < FEW {
-        entries.sort_unstable();
-        return;
+/// The samples along the curve through the cells; n·log n time.
+pub(crate) fn in_cells(samples: &Samples) -> Vec<SampleId> {
+    cut(samples).0
+}
+
+/// The samples along the curve, and the tree over them.
+fn cut(samples: &Samples) -> (Vec<SampleId>, Vec<Node>) {
+    let mut entries: Vec<Entry> = (0..samples.len() as Entry).collect();
+    let mut nodes = Vec::with_capacity(entries.len() / 2);
+    if !entries.is_empty() {
+        give_keys(&mut entries, samples.places());
+        sort_by_key(&mut entries);
+        split(&mut entries, 0, samples.places(), &mut nodes);
     }
-    // Sorted by counting, the low bits first: numbers are in order already.
-    let mut other = vec![0; entries.len()];
-    for shift in [32, 43, 54] {
-        let digit = |entry: Entry| (entry >> shift) as usize & 0x7ff;
-        let mut next = vec![0_u32; 1 << 11];
-        entries.iter().for_each(|&entry| next[digit(entry)] += 1);
-        let mut sum = 0;
-        for count in &mut next {
-            sum += std::mem::replace(count, sum);
-        }
-        for &entry in entries.iter() {
-            let place = &mut next[digit(entry)];
-            other[*place as usize] = entry;
-            *place += 1;
-        }
-        std::mem::swap(entries, &mut other);
-    }
+    (entries.into_iter().map(number).collect(), nodes)
 }
 
 /// Gives every entry the key of its cell in the square that holds them all.
-fn key(entries: &mut [Entry], places: &[PlaceMm]) {
-    let place = |entry: Entry| places[entry as SampleId as usize];
+fn give_keys(entries: &mut [Entry], places: &[PlaceMm]) {
+    let place = |entry: Entry| places[number(entry) as usize];
     let bounds = BoundsMm::about(entries.iter().map(|&entry| place(entry)));
     let [width_mm, height_mm] = bounds.size_mm();
     let per_mm = f64::from(u16::MAX) / width_mm.max(height_mm);
@@ -188,7 +168,7 @@ fn key(entries: &mut [Entry], places: &[PlaceMm]) {
         let at = place(*entry);
         // A number too large becomes the largest, and of one place alone no number becomes nought.
         let cell = [0, 1].map(|axis| ((at[axis] - bounds.low[axis]) * per_mm) as u16);
-        *entry = u64::from(along_morton(cell)) << 32 | u64::from(*entry as SampleId);
+        *entry = counting::entry(along_morton(cell), number(*entry));
     }
 }
 
@@ -199,16 +179,15 @@ fn split(entries: &mut [Entry], first: usize, places: &[PlaceMm], nodes: &mut Ve
     nodes.push(Node { bounds: BoundsMm::EMPTY, first: from, end: to, next: 0 });
     let mut bounds = BoundsMm::EMPTY;
     if entries.len() <= LEAF {
-        bounds = BoundsMm::about(entries.iter().map(|&it| places[it as SampleId as usize]));
+        bounds = BoundsMm::about(entries.iter().map(|&it| places[number(it) as usize]));
     } else {
-        if entries[0] >> 32 == entries[entries.len() - 1] >> 32 {
+        if key(entries[0]) == key(entries[entries.len() - 1]) {
             // One cell of the square above. Each sample is a place of its own, so they do not share a cell of their own square.
-            key(entries, places);
+            give_keys(entries, places);
             entries.sort_unstable();
         }
-        let differing = (entries[0] ^ entries[entries.len() - 1]) >> 32;
-        let bit = 1 << (32 + differing.ilog2());
-        let cut = entries.partition_point(|&entry| entry & bit == 0);
+        let bit = 1 << (key(entries[0]) ^ key(entries[entries.len() - 1])).ilog2();
+        let cut = entries.partition_point(|&entry| key(entry) & bit == 0);
         let (low, high) = entries.split_at_mut(cut);
         for (half, first) in [(low, first), (high, first + cut)] {
             let at = nodes.len();

@@ -33,6 +33,7 @@ mod bezier;
 mod cells;
 mod choice;
 mod compare;
+mod counting;
 pub mod curves;
 pub mod features;
 pub mod gaps;

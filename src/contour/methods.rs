@@ -11,7 +11,7 @@ use crate::curves::{
     MOST_FOR_EXCHANGE, MOST_FOR_MATCHING, MOST_FOR_TOUR, MovedCurve, Transport, ball_pivoting,
     connect2d, conservative_crust, crawl, crust, discur, edge_exchange, emst_curve, fit_connect,
     gathan, gathan_g, hiyoshi, hnn_crust, lee, lee_reach_mm, lenz, nn_crust, one_sided_hnn_crust,
-    one_step_crust, optimal_transport, peel, pivoting_radii_mm, regular_shape, sig_connect2d,
+    one_step_curve, optimal_transport, peel, pivoting_radii_mm, regular_shape, sig_connect2d,
     stretch_denoise, transport_tolerance_mm, tsp, vicur, voronoi_labelling,
 };
 use crate::graphs::{
@@ -56,7 +56,7 @@ pub enum Method {
     ShapeHull,
     /// [`crust`].
     Crust,
-    /// [`one_step_crust`].
+    /// [`one_step_crust`](crate::curves::one_step_crust).
     OneStepCrust,
     /// [`nn_crust`].
     NnCrust,
@@ -411,7 +411,7 @@ impl Method {
             }
             Method::Bc0 => bc0(triangulation),
             Method::Crust => crust(triangulation),
-            Method::OneStepCrust => one_step_crust(triangulation).crust,
+            Method::OneStepCrust => one_step_curve(triangulation),
             Method::NnCrust => nn_crust(triangulation),
             Method::HnnCrust if value("one_sided") > 0.0 => {
                 one_sided_hnn_crust(triangulation.samples())

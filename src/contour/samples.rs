@@ -1,9 +1,11 @@
 //! The points a curve is looked for in: admitted, each place once, in the order of their coordinates.
 
-use asphera_geometry::predicates::by_x_then_y;
-use asphera_geometry::{RANGE_MM, TINY_MM};
+use asphera_geometry::predicates::{by_x_then_y, orientation};
+use asphera_geometry::{BoundsMm, RANGE_MM, TINY_MM};
 use rayon::prelude::*;
 use thiserror::Error;
+
+use crate::counting::{Entry, entry, key, number, sort_by_key};
 
 /// A place in the plane: x and y in mm.
 pub type PlaceMm = [f64; 2];
@@ -34,7 +36,7 @@ impl Samples {
         if points.len() > MOST_POINTS {
             return Err(SamplesError::TooMany { found: points.len() });
         }
-        let mut rows = Vec::with_capacity(points.len());
+        let mut places = Vec::with_capacity(points.len());
         for (row, &[x_mm, y_mm]) in points.iter().enumerate() {
             if !x_mm.is_finite() || !y_mm.is_finite() {
                 return Err(SamplesError::NotFinite { row, x_mm, y_mm });
@@ -42,13 +44,12 @@ impl Samples {
             if x_mm.abs() > RANGE_MM || y_mm.abs() > RANGE_MM {
                 return Err(SamplesError::OutOfRange { row, x_mm, y_mm });
             }
-            let place = [x_mm, y_mm].map(|value| if value.abs() < TINY_MM { 0.0 } else { value });
-            rows.push((place, row as u32));
+            places.push([x_mm, y_mm].map(|value| if value.abs() < TINY_MM { 0.0 } else { value }));
         }
-        rows.par_sort_unstable_by(|a, b| by_x_then_y(a.0, b.0).then(a.1.cmp(&b.1)));
         let mut samples =
-            Samples { places: Vec::new(), of_row: vec![0; rows.len()], rows: Vec::new() };
-        for (place, row) in rows {
+            Samples { places: Vec::new(), of_row: vec![0; places.len()], rows: Vec::new() };
+        for row in sorted(&places).into_iter().map(number) {
+            let place = places[row as usize];
             if samples.places.last() != Some(&place) {
                 samples.places.push(place);
                 samples.rows.push(row);
@@ -73,6 +74,14 @@ impl Samples {
         self.places.is_empty()
     }
 
+    /// Whether all lie on one straight line, as one or two do.
+    pub fn are_on_line(&self) -> bool {
+        let [Some(&first), Some(&last)] = [self.places.first(), self.places.last()] else {
+            return true;
+        };
+        self.places.iter().all(|&place| orientation(first, last, place).is_eq())
+    }
+
     /// How many points were given, repeated ones among them.
     pub fn points(&self) -> usize {
         self.of_row.len()
@@ -95,6 +104,22 @@ impl Samples {
     pub fn row_of(&self, sample: SampleId) -> u32 {
         self.rows[sample as usize]
     }
+}
+
+/// The rows of places by x, then y, equal places in their order.
+fn sorted(places: &[PlaceMm]) -> Vec<Entry> {
+    let BoundsMm { low, high } = BoundsMm::about(places.iter().copied());
+    // Strips across x, so narrow that few places share one; in their order. Of one x alone each number becomes nought.
+    let per_mm = f64::from(u32::MAX) / (high[0] - low[0]);
+    let strip = |place: &PlaceMm| ((place[0] - low[0]) * per_mm) as u32;
+    let mut rows: Vec<Entry> =
+        (0..).zip(places).map(|(row, place)| entry(strip(place), row)).collect();
+    sort_by_key(&mut rows);
+    for strip in rows.chunk_by_mut(|&a, &b| key(a) == key(b)).filter(|strip| strip.len() > 1) {
+        let place = |row: Entry| places[number(row) as usize];
+        strip.par_sort_unstable_by(|&a, &b| by_x_then_y(place(a), place(b)).then(a.cmp(&b)));
+    }
+    rows
 }
 
 /// Reason why points are refused.

@@ -12,6 +12,7 @@ use asphera_geometry::{WeightedTree, from_smallest};
 use asphera_mesh::Mesh;
 use rayon::prelude::*;
 
+use crate::cells::in_cells;
 use crate::samples::{PlaceMm, SampleId, Samples};
 
 /// Number of an edge of a triangulation: its index in [`Triangulation::edges`].
@@ -68,7 +69,7 @@ struct Lengths {
 impl Triangulation {
     /// The triangulation of samples; n·log n time.
     pub fn new(samples: Samples) -> Triangulation {
-        let triangles = triangles(samples.places());
+        let triangles = triangles(&samples);
         let (edges, sides) = edges::edges(samples.len(), &triangles);
         let (first_spoke, spokes) = edges::spokes(samples.len(), &edges);
         Triangulation {
@@ -256,11 +257,12 @@ impl Triangulation {
 
 /// The triangles of places in the order of their coordinates.
 ///
-/// They are handed to the kernel in an order drawn from their numbers: points sorted along an axis would alternate
-/// between the branches of a curve, which its strips of scan lines are not made for, and this way the time does not depend
-/// on the order of arrival.
-fn triangles(places: &[PlaceMm]) -> Vec<[SampleId; 3]> {
-    let order = drawn(places.len());
+/// They are handed to the kernel along the curve through the cells of a quadtree: points sorted along an axis would alternate between
+/// the branches of a curve, which its strips of scan lines are not made for. What lies near one another lies near in memory, too, and the
+/// time does not depend on the order of arrival.
+fn triangles(samples: &Samples) -> Vec<[SampleId; 3]> {
+    let order = in_cells(samples);
+    let places = samples.places();
     let mut mesh = Mesh::new();
     let points: Vec<[f64; 3]> = order
         .iter()
@@ -275,18 +277,6 @@ fn triangles(places: &[PlaceMm]) -> Vec<[SampleId; 3]> {
     let numbered =
         triangles.map(|corners| from_smallest(corners.map(|vertex| order[vertex as usize])));
     edges::in_order(places.len(), numbered.collect())
-}
-
-/// The numbers below `count` in an order that looks random but is always the same: R. A. Fisher and F. Yates's shuffle.
-fn drawn(count: usize) -> Vec<SampleId> {
-    let mut order: Vec<SampleId> = (0..count as SampleId).collect();
-    for last in (1..count as u64).rev() {
-        // Fibonacci hashing (D. E. Knuth, The Art of Computer Programming 3, section 6.4), mixed once.
-        let spread = (last + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-        let mixed = (spread ^ (spread >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        order.swap(last as usize, (((mixed >> 32) * (last + 1)) >> 32) as usize);
-    }
-    order
 }
 
 /// Distance of two places in mm.

@@ -54,7 +54,7 @@ fn lines(region: &Region, samples: &Samples) -> Vec<ChainFigures> {
 }
 
 /// Points of which the sampling is checked: above them it takes longer than the curve itself by far.
-const MOST_CHECKED: usize = 200_000;
+pub(super) const MOST_CHECKED: usize = 200_000;
 
 const TAKEN_FOR_CURVE: &str = "kind: points are taken for samples of a curve, not of an area";
 
@@ -103,16 +103,64 @@ pub(super) fn curve_report(
     parameters: &Parameters,
     curve: &FoundCurve,
 ) -> ContourReport {
-    let graph = &curve.graph;
     let samples = triangulation.samples();
-    let is_curve = method.kind() == Kind::Curve;
-    let is_checked = is_curve && samples.len() <= MOST_CHECKED;
-    let chains = if is_curve { graph.chains(samples.len()) } else { Vec::new() };
+    let is_checked = method.kind() == Kind::Curve && samples.len() <= MOST_CHECKED;
     let mut distances_mm: Vec<f64> = (0..samples.len() as SampleId)
         .filter_map(|sample| triangulation.nearest(sample))
         .map(|spoke| triangulation.length_mm(spoke.edge))
         .collect();
     distances_mm.sort_by(f64::total_cmp);
+    ContourReport {
+        sampling: is_checked.then(|| sampled(&curve.sampling(triangulation), method)),
+        unknown: match (method.kind(), is_checked) {
+            (Kind::Curve, true) => vec![
+                "sampling: it is that of the curve found; parts without points do not show"
+                    .to_owned(),
+                TAKEN_FOR_CURVE.to_owned(),
+            ],
+            (Kind::Curve, false) => not_checked(samples),
+            (Kind::Graph | Kind::Region, _) => Vec::new(),
+        },
+        ..found_report(
+            samples,
+            (method, parameters),
+            curve,
+            distances_mm.get(distances_mm.len() / 2).copied(),
+        )
+    }
+}
+
+/// The report of a curve of more points than are checked, which a method found without a mesh.
+pub(super) fn unmeshed_report(
+    samples: &Samples,
+    by: (Method, &Parameters),
+    curve: &FoundCurve,
+    spacing_median_mm: Option<f64>,
+) -> ContourReport {
+    let unknown = not_checked(samples);
+    ContourReport { unknown, ..found_report(samples, by, curve, spacing_median_mm) }
+}
+
+fn not_checked(samples: &Samples) -> Vec<String> {
+    let why = format!(
+        "sampling: not checked of {} points, at most of {MOST_CHECKED}: it would take minutes",
+        samples.len()
+    );
+    vec![why, TAKEN_FOR_CURVE.to_owned()]
+}
+
+/// The report of a graph or a curve without what is not known of it.
+fn found_report(
+    samples: &Samples,
+    (method, parameters): (Method, &Parameters),
+    curve: &FoundCurve,
+    spacing_median_mm: Option<f64>,
+) -> ContourReport {
+    let graph = &curve.graph;
+    let chains = match method.kind() {
+        Kind::Curve => graph.chains(samples.len()),
+        Kind::Graph | Kind::Region => Vec::new(),
+    };
     let value = |name: &str| (name.to_owned(), parameters.value(&method, name));
     ContourReport {
         format: CONTOUR_FORMAT.to_owned(),
@@ -120,7 +168,7 @@ pub(super) fn curve_report(
             points: samples.points(),
             distinct: samples.len(),
             noise_sigma_mm: curve.sigma_mm,
-            spacing_median_mm: distances_mm.get(distances_mm.len() / 2).copied(),
+            spacing_median_mm,
             ..InputFigures::default()
         },
         method: method.name().to_owned(),
@@ -131,22 +179,6 @@ pub(super) fn curve_report(
         ends: rows(samples, graph.ends(samples.len())),
         junctions: rows(samples, graph.junctions(samples.len())),
         left_out: rows(samples, graph.alone(samples.len())),
-        sampling: is_checked.then(|| sampled(&curve.sampling(triangulation), method)),
-        unknown: match (is_curve, is_checked) {
-            (false, _) => Vec::new(),
-            (true, true) => vec![
-                "sampling: it is that of the curve found; parts without points do not show"
-                    .to_owned(),
-                TAKEN_FOR_CURVE.to_owned(),
-            ],
-            (true, false) => vec![
-                format!(
-                    "sampling: not checked of {} points, at most of {MOST_CHECKED}: it would take minutes",
-                    samples.len()
-                ),
-                TAKEN_FOR_CURVE.to_owned(),
-            ],
-        },
         ..ContourReport::default()
     }
 }

@@ -1,6 +1,6 @@
 //! NN-Crust.
 
-use asphera_geometry::predicates::scalar_product;
+use asphera_geometry::predicates::{compare_distances, scalar_product};
 
 use crate::{Graph, SampleId, Triangulation};
 
@@ -19,7 +19,11 @@ pub fn nn_crust(triangulation: &Triangulation) -> Graph {
                 .spokes(sample)
                 .iter()
                 .filter(|spoke| scalar_product(at, first, triangulation.place(spoke.to)).is_lt());
-            behind.min_by_key(|spoke| (triangulation.length_class(spoke.edge), spoke.to))
+            // Compared here: the order of all lengths takes longer than all else.
+            behind.min_by(|a, b| {
+                let [to_a, to_b] = [a.to, b.to].map(|other| triangulation.place(other));
+                compare_distances(at, to_a, at, to_b).then(a.to.cmp(&b.to))
+            })
         });
         let both = [nearest, second.copied()];
         both.into_iter().flatten().map(move |spoke| [sample, spoke.to])

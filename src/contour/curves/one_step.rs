@@ -22,25 +22,30 @@ pub struct OneStep {
 /// Interface 1999; the test is that of their result, their text was not at hand. No condition is stated here under which
 /// it equals the curve. Linear time.
 pub fn one_step_crust(triangulation: &Triangulation) -> OneStep {
-    let is_crust = |edge: EdgeId| {
-        let [p, q] = triangulation.ends_mm(edge);
-        let apexes =
-            triangulation.opposite(edge).map(|apex| apex.map(|apex| triangulation.place(apex)));
-        match apexes {
-            [Some(left), Some(right)] => compare_angle_sum(p, q, left, right).is_le(),
-            [Some(apex), None] | [None, Some(apex)] => scalar_product(apex, p, q).is_ge(),
-            [None, None] => true,
-        }
-    };
-    let crust = Graph::of_edges(triangulation, is_crust);
     let centres = triangulation.centres_mm();
     let skeleton_mm = (0..)
         .zip(triangulation.edges())
         .filter_map(|(id, edge)| {
             let [left, right] = edge.triangles;
             let ends = [left?, right?].map(|triangle| centres[triangle as usize]);
-            (ends[0] != ends[1] && !is_crust(id)).then_some(ends)
+            (ends[0] != ends[1] && !is_crust(triangulation, id)).then_some(ends)
         })
         .collect();
-    OneStep { crust, skeleton_mm }
+    OneStep { crust: one_step_curve(triangulation), skeleton_mm }
+}
+
+/// The curve of [`one_step_crust`] alone.
+pub(crate) fn one_step_curve(triangulation: &Triangulation) -> Graph {
+    Graph::of_edges(triangulation, |edge| is_crust(triangulation, edge))
+}
+
+fn is_crust(triangulation: &Triangulation, edge: EdgeId) -> bool {
+    let [p, q] = triangulation.ends_mm(edge);
+    let apexes =
+        triangulation.opposite(edge).map(|apex| apex.map(|apex| triangulation.place(apex)));
+    match apexes {
+        [Some(left), Some(right)] => compare_angle_sum(p, q, left, right).is_le(),
+        [Some(apex), None] | [None, Some(apex)] => scalar_product(apex, p, q).is_ge(),
+        [None, None] => true,
+    }
 }

@@ -4,7 +4,7 @@ use asphera_geometry::side::share_along;
 
 use crate::polylines::Polylines;
 use crate::triangulation::distance_mm;
-use crate::{Chain, FoundCurve, PlaceMm, SampleId, Triangulation};
+use crate::{Chain, FoundCurve, PlaceMm, SampleId, Samples};
 
 /// Points in the order of a curve. A closed one begins at the point farthest from the mean and goes counter-clockwise; an open one begins
 /// at its end of smaller x. So features do not depend on where a chain begins or which way it goes.
@@ -41,14 +41,10 @@ impl Course {
 
     /// The courses of the chains of a curve, in their order. Where noise was taken away, samples but outliers belong to the nearest chain, in the
     /// order of their feet on it.
-    pub fn of_curve(
-        triangulation: &Triangulation,
-        curve: &FoundCurve,
-        outliers: &[SampleId],
-    ) -> Vec<Course> {
-        let chains = curve.graph.chains(triangulation.len());
+    pub fn of_curve(samples: &Samples, curve: &FoundCurve, outliers: &[SampleId]) -> Vec<Course> {
+        let chains = curve.graph.chains(samples.len());
         let Some(moved_mm) = &curve.places_mm else {
-            let places = |chain: &Chain| chain.places_mm(triangulation.samples());
+            let places = |chain: &Chain| chain.places_mm(samples);
             return chains.iter().map(|chain| Course::new(places(chain), chain.closed)).collect();
         };
         let place = |sample: SampleId| moved_mm[sample as usize];
@@ -63,10 +59,10 @@ impl Course {
             }
         }
         let line = Polylines::of_sides(sides.clone());
-        let mut ordered: Vec<(u32, f64, PlaceMm)> = (0..triangulation.len() as SampleId)
+        let mut ordered: Vec<(u32, f64, PlaceMm)> = (0..samples.len() as SampleId)
             .filter(|sample| outliers.binary_search(sample).is_err())
             .filter_map(|sample| {
-                let at = triangulation.place(sample);
+                let at = samples.places()[sample as usize];
                 let (side, _) = line.nearest(at)?;
                 Some((side, share_along(sides[side as usize], at), at))
             })

@@ -63,14 +63,33 @@ pub(super) fn connecting(
     size: impl Fn(TriangleId) -> f64,
 ) -> Option<f64> {
     let count = triangulation.triangles().len();
-    let mut by_size: Vec<(f64, TriangleId)> =
-        (0..count as TriangleId).map(|triangle| (size(triangle), triangle)).collect();
-    by_size.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let sizes: Vec<f64> = (0..count as TriangleId).map(size).collect();
+    // The first size at which no sample is bare: triangles up to it are joined in any order, that of the edges, which lie near one
+    // another. As a rule few are larger.
+    let first = covering(triangulation, &sizes)?;
+    let order = |a: f64, b: f64| a.total_cmp(&b);
     let mut sets = Sets::new(count);
-    let mut is_in = vec![false; count];
-    let mut is_covered = vec![false; triangulation.len()];
-    let (mut parts, mut bare) = (0_usize, triangulation.len());
-    for (rank, &(size, triangle)) in by_size.iter().enumerate() {
+    let mut is_in: Vec<bool> = sizes.iter().map(|&size| order(size, first).is_le()).collect();
+    let mut parts = is_in.iter().filter(|&&is_in| is_in).count();
+    for edge in triangulation.edges() {
+        if let [Some(left), Some(right)] = edge.triangles.map(|it| it.map(|it| it as usize))
+            && is_in[left]
+            && is_in[right]
+        {
+            parts -= usize::from(sets.join(left, right));
+        }
+    }
+    let larger = (0..).zip(&sizes).filter(|&(_, &size)| order(size, first).is_gt());
+    let mut larger: Vec<(f64, TriangleId)> = larger.map(|(id, &size)| (size, id)).collect();
+    larger.par_sort_unstable_by(|a, b| order(a.0, b.0).then(a.1.cmp(&b.1)));
+    let (mut size, mut next) = (first, larger.iter().peekable());
+    loop {
+        let most = size * SLACK;
+        if next.peek().is_none_or(|next| next.0 > most) && parts == 1 {
+            return most.is_finite().then_some(most);
+        }
+        let &(larger, triangle) = next.next()?;
+        size = larger;
         is_in[triangle as usize] = true;
         parts += 1;
         for beyond in triangulation.across(triangle).into_iter().flatten() {
@@ -78,17 +97,24 @@ pub(super) fn connecting(
                 parts -= usize::from(sets.join(triangle as usize, beyond as usize));
             }
         }
-        for corner in triangulation.triangles()[triangle as usize] {
-            bare -= usize::from(!is_covered[corner as usize]);
-            is_covered[corner as usize] = true;
-        }
-        let size = size * SLACK;
-        let is_last = by_size.get(rank + 1).is_none_or(|next| next.0 > size);
-        if is_last && parts == 1 && bare == 0 {
-            return size.is_finite().then_some(size);
+    }
+}
+
+/// The least size up to which every sample is a corner of a triangle; none without triangles.
+fn covering(triangulation: &Triangulation, sizes: &[f64]) -> Option<f64> {
+    let mut least = vec![None; triangulation.len()];
+    for (corners, &size) in triangulation.triangles().iter().zip(sizes) {
+        for &corner in corners {
+            let least: &mut Option<f64> = &mut least[corner as usize];
+            if least.is_none_or(|least| size.total_cmp(&least).is_lt()) {
+                *least = Some(size);
+            }
         }
     }
-    None
+    least.into_iter().try_fold(f64::NEG_INFINITY, |most, least| {
+        let least = least?;
+        Some(if least.total_cmp(&most).is_gt() { least } else { most })
+    })
 }
 
 /// Half the longest edge of the spanning tree in mm: the smallest α for which the edges of the α-shape, those within it among

@@ -334,7 +334,7 @@ fn noise_wider_than_the_spacing_leaves_the_order() {
     let of = triangulation(&points);
     let choice = Choice::new(&of);
     assert_eq!(choice.method, Method::Lee);
-    let courses = Course::of_curve(&of, &choice.curve(&of).unwrap(), &choice.outliers);
+    let courses = Course::of_curve(of.samples(), &choice.curve(&of).unwrap(), &choice.outliers);
     assert_eq!(courses.iter().map(Course::is_closed).collect::<Vec<_>>(), [false, true]);
     let profiles: Vec<Profile> = courses.iter().map(|it| Profile::new(it, 0.0)).collect();
     assert_eq!(counts(&profiles[0]), [2, 0, 0, 1, 0, 0], "{:#?}", profiles[0]);
