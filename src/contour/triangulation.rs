@@ -255,12 +255,17 @@ impl Triangulation {
     }
 }
 
-/// The triangles of places in the order of their coordinates.
+/// The triangles of samples in the order of their coordinates.
+fn triangles(samples: &Samples) -> Vec<[SampleId; 3]> {
+    edges::in_order(samples.len(), unsorted_triangles(samples))
+}
+
+/// The triangles of samples in no order, each from its smallest corner on.
 ///
-/// They are handed to the kernel along the curve through the cells of a quadtree: points sorted along an axis would alternate between
+/// Samples are handed to the kernel along the curve through the cells of a quadtree: sorted along an axis they would alternate between
 /// the branches of a curve, which its strips of scan lines are not made for. What lies near one another lies near in memory, too, and the
 /// time does not depend on the order of arrival.
-fn triangles(samples: &Samples) -> Vec<[SampleId; 3]> {
+pub(crate) fn unsorted_triangles(samples: &Samples) -> Vec<[SampleId; 3]> {
     let order = in_cells(samples);
     let places = samples.places();
     let mut mesh = Mesh::new();
@@ -276,7 +281,7 @@ fn triangles(samples: &Samples) -> Vec<[SampleId; 3]> {
     let triangles = chunks.flat_map(|chunk| mesh.triangles_of(chunk));
     let numbered =
         triangles.map(|corners| from_smallest(corners.map(|vertex| order[vertex as usize])));
-    edges::in_order(places.len(), numbered.collect())
+    numbered.collect()
 }
 
 /// Distance of two places in mm.

@@ -1,6 +1,6 @@
 //! The crust.
 
-use crate::triangulation::distance_mm;
+use crate::triangulation::{distance_mm, unsorted_triangles};
 use crate::{Graph, PlaceMm, Samples, Triangulation};
 
 /// The crust: edges between samples in the Delaunay triangulation of samples and Voronoi vertices together.
@@ -33,10 +33,11 @@ pub fn crust(triangulation: &Triangulation) -> Graph {
     for sample in 0..count {
         sample_of[both.of_row(sample) as usize] = Some(sample as u32);
     }
-    let both = Triangulation::new(both);
-    let edges = both.edges().iter().filter_map(|edge| {
-        let [p, q] = edge.ends.map(|end| sample_of[end as usize]);
-        Some([p?, q?])
+    // Triangles alone: most edges of them end at a Voronoi vertex, and are not wanted.
+    let triangles = unsorted_triangles(&both);
+    let edges = triangles.into_iter().flat_map(|corners| {
+        let [a, b, c] = corners.map(|corner| sample_of[corner as usize]);
+        [[a, b], [b, c], [c, a]].into_iter().filter_map(|[p, q]| Some([p?, q?]))
     });
     Graph::new(edges)
 }
