@@ -2,16 +2,17 @@
 
 mod edges;
 mod fan;
+mod lengths;
 mod nearby;
 
-use std::cmp::Ordering;
 use std::sync::OnceLock;
 
-use asphera_geometry::predicates::{certain_distances, compare_distances, squared_distance};
+use asphera_geometry::predicates::compare_distances;
 use asphera_geometry::{WeightedTree, from_smallest};
 use asphera_mesh::Mesh;
 use rayon::prelude::*;
 
+use self::lengths::Lengths;
 use crate::cells::in_cells;
 use crate::samples::{PlaceMm, SampleId, Samples};
 
@@ -56,14 +57,6 @@ pub struct Spoke {
     pub to: SampleId,
     /// The edge.
     pub edge: EdgeId,
-}
-
-/// The edges in the order of their lengths.
-struct Lengths {
-    /// All edges, shortest first, equal ones by their ends.
-    sorted: Vec<EdgeId>,
-    /// Rank of the length of each edge; edges of exactly the same length have the same.
-    classes: Vec<u32>,
 }
 
 impl Triangulation {
@@ -227,31 +220,8 @@ impl Triangulation {
     }
 
     fn lengths(&self) -> &Lengths {
-        self.lengths.get_or_init(|| {
-            // Squares come along, so places are fetched for near ties alone.
-            let squared = |edge: EdgeId| {
-                let [p, q] = self.ends_mm(edge);
-                (squared_distance(p, q), edge)
-            };
-            let compare = |a: (f64, EdgeId), b: (f64, EdgeId)| -> Ordering {
-                certain_distances(a.0, b.0).unwrap_or_else(|| {
-                    let ([p, q], [r, s]) = (self.ends_mm(a.1), self.ends_mm(b.1));
-                    compare_distances(p, q, r, s)
-                })
-            };
-            let edges = (0..self.edges.len() as EdgeId).into_par_iter();
-            let mut keyed: Vec<(f64, EdgeId)> = edges.map(squared).collect();
-            // Numbers of edges are in the order of their ends.
-            keyed.par_sort_unstable_by(|&a, &b| compare(a, b).then(a.1.cmp(&b.1)));
-            let mut classes = vec![0; keyed.len()];
-            let mut class = 0;
-            for pair in keyed.windows(2) {
-                class += u32::from(compare(pair[0], pair[1]).is_ne());
-                classes[pair[1].1 as usize] = class;
-            }
-            let sorted = keyed.into_iter().map(|(_, edge)| edge).collect();
-            Lengths { sorted, classes }
-        })
+        // Numbers of edges are in the order of their ends.
+        self.lengths.get_or_init(|| Lengths::new(self.edges.len(), |edge| self.ends_mm(edge)))
     }
 }
 

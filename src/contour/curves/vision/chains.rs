@@ -9,6 +9,8 @@ use crate::{Graph, SampleId, Triangulation};
 pub(super) struct Chains<'a> {
     triangulation: &'a Triangulation,
     others: Vec<[Option<SampleId>; 2]>,
+    /// How many edges each sample has: most questions are about that alone.
+    degrees: Vec<u8>,
     sets: Sets,
     /// Of each chain, where the sample that stands for it is.
     statistics: Vec<Statistics>,
@@ -31,6 +33,7 @@ impl<'a> Chains<'a> {
         Chains {
             triangulation,
             others: vec![[None; 2]; count],
+            degrees: vec![0; count],
             sets: Sets::new(count),
             statistics: vec![Statistics::default(); count],
         }
@@ -38,7 +41,7 @@ impl<'a> Chains<'a> {
 
     /// How many edges a sample has.
     pub(super) fn degree(&self, sample: SampleId) -> usize {
-        self.others[sample as usize].iter().flatten().count()
+        usize::from(self.degrees[sample as usize])
     }
 
     /// The sample that an end of a chain is joined to; none of a sample alone.
@@ -86,6 +89,7 @@ impl<'a> Chains<'a> {
         let stands = self.sets.of(p);
         self.statistics[stands as usize] = joined;
         for (at, to) in [(p, q), (q, p)] {
+            self.degrees[at as usize] += 1;
             let others = &mut self.others[at as usize];
             *(if others[0].is_none() { &mut others[0] } else { &mut others[1] }) = Some(to);
         }
