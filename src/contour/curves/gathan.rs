@@ -34,16 +34,20 @@ pub fn gathan(triangulation: &Triangulation, alpha_deg: f64, rho: f64) -> Graph 
         along.abs() <= most * distance_mm(p, q) * (x * x + y * y).sqrt()
     };
     let is_candidate =
-        |&edge: &EdgeId| dual_mm(triangulation, edge) >= rho * triangulation.length_mm(edge);
+        |edge: EdgeId| dual_mm(triangulation, edge) >= rho * triangulation.length_mm(edge);
+    // In the order of the edges, which lie near one another, what is asked for by length below: a bit for each end.
+    let agreements: Vec<u8> = (0..triangulation.edges().len() as EdgeId)
+        .map(|edge| {
+            let at_ends = triangulation.ends(edge).map(|end| agrees(edge, end));
+            if is_candidate(edge) { u8::from(at_ends[0]) | u8::from(at_ends[1]) << 1 } else { 0 }
+        })
+        .collect();
     let mut curve = Curve::new(triangulation);
-    let candidates: Vec<EdgeId> =
-        triangulation.by_length().iter().copied().filter(is_candidate).collect();
     for wanted in [2, 1] {
-        for &edge in &candidates {
-            let ends = triangulation.ends(edge);
-            let at_ends = ends.map(|end| agrees(edge, end));
-            if at_ends.into_iter().filter(|agrees| *agrees).count() == wanted {
-                curve.offer(ends, at_ends);
+        for &edge in triangulation.by_length() {
+            let agreement = agreements[edge as usize];
+            if agreement.count_ones() == wanted {
+                curve.offer(triangulation.ends(edge), [1, 2].map(|bit| agreement & bit > 0));
             }
         }
     }

@@ -40,9 +40,19 @@ pub fn gathan_g(triangulation: &Triangulation, alpha_deg: f64, rho: f64) -> Grap
         })
     };
     let is_candidate =
-        |&edge: &EdgeId| dual_mm(triangulation, edge) >= rho * triangulation.length_mm(edge);
-    let candidates: Vec<EdgeId> =
-        triangulation.by_length().iter().copied().filter(is_candidate).collect();
+        |edge: EdgeId| dual_mm(triangulation, edge) >= rho * triangulation.length_mm(edge);
+    // In the order of the edges, which lie near one another, what is asked for by length below: by one normal and by both, at each
+    // end; none of an edge that is no candidate.
+    let agreements: Vec<Option<[[bool; 2]; 2]>> = (0..triangulation.edges().len() as EdgeId)
+        .map(|edge| {
+            let by = |count| triangulation.ends(edge).map(|end| agrees_by(count, edge, end));
+            is_candidate(edge).then(|| [by(1), by(2)])
+        })
+        .collect();
+    let candidates = || {
+        let by_length = triangulation.by_length().iter();
+        by_length.filter_map(|&edge| Some((edge, agreements[edge as usize]?)))
+    };
     let is_even = |curve: &Curve, edge: EdgeId| {
         let ends = triangulation.ends(edge).into_iter();
         let there = ends.flat_map(|end| curve.others(end).map(|other| Some([end, other?])));
@@ -50,24 +60,24 @@ pub fn gathan_g(triangulation: &Triangulation, alpha_deg: f64, rho: f64) -> Grap
         most_mm.fold(f64::INFINITY, f64::min) >= triangulation.length_mm(edge)
     };
     let mut curve = Curve::new(triangulation);
-    for &edge in &candidates {
-        let ends = triangulation.ends(edge);
-        if is_even(&curve, edge) && ends.into_iter().all(|end| agrees_by(1, edge, end)) {
-            curve.offer(ends, [true; 2]);
+    for (edge, [by_one, _]) in candidates() {
+        if by_one == [true; 2] && is_even(&curve, edge) {
+            curve.offer(triangulation.ends(edge), [true; 2]);
         }
     }
     let is_smooth: Vec<bool> = (0..triangulation.len() as SampleId)
         .map(|sample| curve.others(sample) != [None; 2])
         .collect();
     for wanted in [1, 2, 0] {
-        for &edge in &candidates {
+        for (edge, by) in candidates() {
+            if wanted > 0 && by[wanted - 1] == [false; 2] {
+                continue;
+            }
             let ends = triangulation.ends(edge);
-            let by = |count: usize| ends.map(|end| agrees_by(count, edge, end));
-            let agrees = wanted == 0 || by(wanted) != [false; 2];
             // One sample at most lies between two pieces.
             let touches = ends.into_iter().any(|end| is_smooth[end as usize]);
-            if agrees && touches && is_even(&curve, edge) {
-                curve.offer(ends, by(1));
+            if touches && is_even(&curve, edge) {
+                curve.offer(ends, by[0]);
             }
         }
     }
