@@ -10,8 +10,8 @@ pub(crate) type Position = u32;
 
 /// The samples along Morton's curve, and a tree of boxes about runs of them.
 ///
-/// A run is cut where the curve leaves a cell of the quadtree, which is as small as its samples ask for: dense parts have small cells,
-/// and nothing depends on the box about all. Which samples share a cell depends on their places alone.
+/// A run is cut where the curve leaves a cell of the quadtree. Cells are as small as their samples ask for, however wide the box about
+/// all is. Which samples share one depends on the places alone.
 pub(crate) struct Cells {
     places: Vec<PlaceMm>,
     samples: Vec<SampleId>,

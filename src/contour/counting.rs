@@ -27,11 +27,12 @@ pub(crate) fn sort_by_key(entries: &mut Vec<Entry>) {
         entries.sort_unstable();
         return;
     }
-    // Digit by digit, the lowest first: each pass leaves those of one digit in their order.
+    // Byte by byte, the lowest first: each pass leaves those of one byte in their order. Larger digits write to so many places that the
+    // tables of memory pages do not hold them.
     let mut sorted = vec![0; entries.len()];
-    for shift in [0, DIGIT, 2 * DIGIT] {
-        let digit = |entry: Entry| (key(entry) >> shift) as usize & ((1 << DIGIT) - 1);
-        let mut next = [0_u32; 1 << DIGIT];
+    for digit in 0..4 {
+        let digit = |entry: Entry| usize::from(key(entry).to_le_bytes()[digit]);
+        let mut next = [0_u32; 1 << 8];
         entries.iter().for_each(|&entry| next[digit(entry)] += 1);
         let mut sum = 0;
         for count in &mut next {
@@ -46,11 +47,8 @@ pub(crate) fn sort_by_key(entries: &mut Vec<Entry>) {
     }
 }
 
-/// Fewer are sorted by comparing: counting has to go through all digits.
-const FEW: usize = 1 << 11;
-
-/// Bits of a digit: three of them hold a key.
-const DIGIT: u32 = 11;
+/// Fewer are sorted by comparing: counting has to go through all values of a byte.
+const FEW: usize = 1 << 9;
 
 #[cfg(test)]
 mod tests {

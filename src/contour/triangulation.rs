@@ -163,7 +163,7 @@ impl Triangulation {
     /// Rank of an edge's length: edges of exactly the same length have the same.
     #[inline]
     pub fn length_class(&self, edge: EdgeId) -> u32 {
-        self.lengths().classes[edge as usize]
+        self.lengths().classes()[edge as usize]
     }
 
     /// The way to the nearest other sample, of equally near ones to that of the smallest number; none from a sample alone.

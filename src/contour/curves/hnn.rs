@@ -15,8 +15,8 @@ use crate::{Graph, SampleId, Samples};
 /// Proven: of a smooth curve without ends, sampled with ρ < 0.9 (with ε < 0.47), it is exactly the edges between samples
 /// that follow each other. Decided exactly; of equally near samples that of the smallest number is chosen. S. Ohrhallinger, S. A. Mitchell,
 /// M. Wimmer, Computer Graphics Forum 35 (2016) 167-176; condition and definition are certain. Unlike the authors' program the search for s
-/// does not end after a number of neighbours. No mesh is made. n·log n time on points that are about as dense everywhere; a sample whose s
-/// lies far off asks about all that are nearer.
+/// does not end after a number of neighbours. No mesh is made: both lie in the same or the next cells of a quadtree as a rule. n·log n time
+/// on points that are about as dense everywhere; a sample whose s lies far off asks about all cells that are nearer and reach behind it.
 pub fn hnn_crust(samples: &Samples) -> Graph {
     HalfNeighbours::new(samples).curve()
 }

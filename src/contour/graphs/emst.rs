@@ -1,6 +1,5 @@
 //! The Euclidean minimum spanning tree.
 
-use crate::triangulation::EdgeId;
 use crate::{Graph, Triangulation};
 
 /// The Euclidean minimum spanning tree of the samples.
@@ -18,12 +17,26 @@ pub fn emst(triangulation: &Triangulation) -> Graph {
 pub(crate) fn spanning(triangulation: &Triangulation) -> Vec<bool> {
     let mut sets = Sets::new(triangulation.len());
     let mut in_tree = vec![false; triangulation.edges().len()];
-    for &edge in triangulation.by_length() {
-        let [p, q] = triangulation.ends(edge);
-        in_tree[edge as EdgeId as usize] = sets.join(p, q);
+    let mut parts = triangulation.len();
+    // Ends are fetched some dozens at a time, so that memory is waited for once.
+    for run in triangulation.by_length().chunks(RUN) {
+        let mut ends = [[0; 2]; RUN];
+        for (ends, &edge) in ends.iter_mut().zip(run) {
+            *ends = triangulation.ends(edge);
+        }
+        for (&edge, [p, q]) in run.iter().zip(ends) {
+            in_tree[edge as usize] = sets.join(p, q);
+            parts -= usize::from(in_tree[edge as usize]);
+        }
+        if parts <= 1 {
+            break;
+        }
     }
     in_tree
 }
+
+/// Edges that are taken together.
+const RUN: usize = 64;
 
 /// Disjoint sets (R. E. Tarjan, Journal of the ACM 22 (1975) 215-225), joined by size.
 pub(crate) struct Sets {

@@ -1,6 +1,8 @@
 //! The edges in the order of their lengths.
 
 use std::cmp::Ordering;
+use std::iter;
+use std::sync::OnceLock;
 
 use asphera_geometry::predicates::{certain_distances, compare_distances, squared_distance};
 use rayon::prelude::*;
@@ -13,8 +15,9 @@ use crate::samples::PlaceMm;
 pub(super) struct Lengths {
     /// All edges, shortest first, equal ones by their numbers.
     pub(super) sorted: Vec<EdgeId>,
-    /// Rank of the length of each edge; edges of exactly the same length have the same.
-    pub(super) classes: Vec<u32>,
+    /// Whether each of them is longer than the one before it.
+    is_longer: Vec<bool>,
+    classes: OnceLock<Vec<u32>>,
 }
 
 impl Lengths {
@@ -46,13 +49,25 @@ impl Lengths {
         for run in entries.chunk_by_mut(is_open).filter(|run| run.len() > 1) {
             run.par_sort_unstable_by(|&a, &b| exact(a, b).then(number(a).cmp(&number(b))));
         }
-        let mut classes = vec![0; count];
-        let mut class = 0;
-        for pair in entries.windows(2) {
-            class += u32::from(exact(pair[0], pair[1]).is_ne());
-            classes[number(pair[1]) as usize] = class;
+        let is_longer = entries.windows(2).map(|pair| exact(pair[0], pair[1]).is_ne());
+        Lengths {
+            is_longer: iter::once(false).chain(is_longer).collect(),
+            sorted: entries.into_iter().map(number).collect(),
+            classes: OnceLock::new(),
         }
-        Lengths { sorted: entries.into_iter().map(number).collect(), classes }
+    }
+
+    /// Rank of the length of each edge; edges of exactly the same length have the same.
+    pub(super) fn classes(&self) -> &[u32] {
+        self.classes.get_or_init(|| {
+            let mut classes = vec![0; self.sorted.len()];
+            let mut class = 0;
+            for (&edge, &is_longer) in self.sorted.iter().zip(&self.is_longer) {
+                class += u32::from(is_longer);
+                classes[edge as usize] = class;
+            }
+            classes
+        })
     }
 }
 
@@ -87,7 +102,7 @@ mod tests {
             expected.sort_by(exact);
             assert_eq!(lengths.sorted, expected);
             for pair in expected.windows(2) {
-                let [a, b] = [pair[0], pair[1]].map(|edge| lengths.classes[edge as usize]);
+                let [a, b] = [pair[0], pair[1]].map(|edge| lengths.classes()[edge as usize]);
                 assert_eq!(b - a, u32::from(exact(&pair[0], &pair[1]).is_ne()));
             }
         }
