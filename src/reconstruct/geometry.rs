@@ -1,7 +1,7 @@
 //! Vectors and boxes in space.
 
 pub(crate) use asphera_geometry::vector::{cross, dot, minus, plus};
-use asphera_geometry::{BoxMm, PointMm};
+use asphera_geometry::{BoxMm, PointMm, greater, lesser};
 
 #[inline(always)]
 pub(crate) fn scaled(a: PointMm, factor: f64) -> PointMm {
@@ -28,25 +28,13 @@ pub(crate) fn squared(p: PointMm, q: PointMm) -> f64 {
     dot(way, way)
 }
 
-/// The larger of two numbers that are numbers: one instruction, where `f64::max` takes four.
-#[inline(always)]
-pub(crate) fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// The smaller of two numbers that are numbers.
-#[inline(always)]
-fn smaller(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
 /// Square of the distance of two boxes.
 #[inline(always)]
 pub(crate) fn gap(a: &BoxMm, b: &BoxMm) -> f64 {
     let mut sum = 0.0;
     for axis in 0..3 {
-        let way = larger(a.low[axis] - b.high[axis], b.low[axis] - a.high[axis]);
-        let way = larger(way, 0.0);
+        let way = greater(a.low[axis] - b.high[axis], b.low[axis] - a.high[axis]);
+        let way = greater(way, 0.0);
         sum += way * way;
     }
     sum
@@ -56,7 +44,7 @@ pub(crate) fn gap(a: &BoxMm, b: &BoxMm) -> f64 {
 #[inline(always)]
 pub(crate) fn joined(a: &BoxMm, b: &BoxMm) -> BoxMm {
     BoxMm {
-        low: [0, 1, 2].map(|axis| smaller(a.low[axis], b.low[axis])),
-        high: [0, 1, 2].map(|axis| larger(a.high[axis], b.high[axis])),
+        low: [0, 1, 2].map(|axis| lesser(a.low[axis], b.low[axis])),
+        high: [0, 1, 2].map(|axis| greater(a.high[axis], b.high[axis])),
     }
 }

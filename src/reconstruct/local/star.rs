@@ -1,13 +1,13 @@
 //! The star of a point: its Voronoi cell cut by its tangent plane, ties and near ties by the rule of [`super::vote`].
 
-use asphera_geometry::PointMm;
+use asphera_geometry::{PointMm, greater};
 
 use super::near_lists::NearLists;
 use super::normals::{Places as _, TangentPlane};
 use super::place_tree::{Ball, PlaceTree};
 use super::ring::Ring;
 use super::vote::{Votes, basis};
-use crate::geometry::{cross, dot, larger, minus, plus, squared};
+use crate::geometry::{cross, dot, minus, plus, squared};
 use crate::neighbours::Near;
 
 /// Stands in a star where two neighbours have no facet between them.
@@ -287,7 +287,7 @@ fn start(room: &mut Room, reach: f64) {
 fn cut_all(room: &mut Room, halves: impl Iterator<Item = Half>, reach: f64) -> f64 {
     let limit = reach * reach / 4.0;
     let widest =
-        |cell: &[Corner]| cell.iter().map(|corner| corner.square).fold(0.0, larger).min(limit);
+        |cell: &[Corner]| cell.iter().map(|corner| corner.square).fold(0.0, greater).min(limit);
     let mut radius = widest(&room.cell);
     for half in halves {
         // The neighbour is at twice the radius or farther: with a margin for those that nearly touch.

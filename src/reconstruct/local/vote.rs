@@ -7,10 +7,10 @@
 
 use std::cmp::Ordering;
 
-use asphera_geometry::PointMm;
+use asphera_geometry::{PointMm, greater};
 
 use super::normals::TangentPlane;
-use crate::geometry::{cross, dot, larger, minus, unit};
+use crate::geometry::{cross, dot, minus, unit};
 use crate::neighbours::by_coordinates;
 
 /// A convex quadrilateral of four points in the order of their coordinates: by places where it is flat.
@@ -132,7 +132,7 @@ fn flat([a, c]: [PointMm; 2], [b, d]: [PointMm; 2]) -> Shape {
         [0, 1, 2].map(|axis| way[axis] + height * up[axis])
     };
     let (b_a, b_c, d_a, d_c) = (flat(b, a), flat(b, c), flat(d, a), flat(d, c));
-    let size = [b_a, b_c, d_a, d_c].map(|way| dot(way, way)).into_iter().fold(0.0, larger);
+    let size = [b_a, b_c, d_a, d_c].map(|way| dot(way, way)).into_iter().fold(0.0, greater);
     if height * height > BENT * size {
         return Shape::Bent;
     }
@@ -152,7 +152,7 @@ fn flat([a, c]: [PointMm; 2], [b, d]: [PointMm; 2]) -> Shape {
 /// What of the fourth power of a length counts as a tie.
 fn rounding(places: [PointMm; 4], square: f64) -> f64 {
     let values = places.as_flattened();
-    let coordinate = values.iter().fold(0.0_f64, |most, value| larger(value.abs(), most));
+    let coordinate = values.iter().fold(0.0_f64, |most, value| greater(value.abs(), most));
     TIE * square * square + 64.0 * f64::EPSILON * coordinate * square * square.sqrt()
 }
 

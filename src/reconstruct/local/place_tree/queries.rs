@@ -1,9 +1,9 @@
 //! Points near a place or a box.
 
-use asphera_geometry::{BoxMm, PointMm};
+use asphera_geometry::{BoxMm, PointMm, greater};
 
 use super::{Content, MARGIN, Node, PlaceTree, ROOT};
-use crate::geometry::{dot, gap, larger, squared};
+use crate::geometry::{dot, gap, squared};
 use crate::local::Places;
 use crate::neighbours::Near;
 
@@ -14,7 +14,7 @@ pub(in crate::local) type Ball = (PointMm, f64);
 #[inline(always)]
 fn span(bounds: &BoxMm, place: PointMm) -> f64 {
     let ways = [0, 1, 2]
-        .map(|axis| larger(place[axis] - bounds.low[axis], bounds.high[axis] - place[axis]));
+        .map(|axis| greater(place[axis] - bounds.low[axis], bounds.high[axis] - place[axis]));
     dot(ways, ways)
 }
 
