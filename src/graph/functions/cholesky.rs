@@ -4,6 +4,8 @@
 //! The matrix is singular: the roots of the degrees solve it with nothing on the right. Its last pivot is 0 but for rounding, and is
 //! taken as 1. So one of all solutions is found, and the one wanted is that without a share of the null vector.
 
+use rayon::prelude::*;
+
 use super::dissection::{Dissection, Front};
 use super::laplacian::Laplacian;
 
@@ -32,11 +34,11 @@ impl Cholesky {
     /// A solution for rows on the right, both by place.
     pub(super) fn solve(&self, right: &[Row]) -> Vec<Row> {
         let order = &self.dissection.order;
-        let mut rows: Vec<Row> = order.iter().map(|&place| right[place as usize]).collect();
+        let mut rows: Vec<Row> = order.par_iter().map(|&place| right[place as usize]).collect();
         let last = self.panels.len() - 1;
         self.forward(last, &mut rows);
         self.backward(last, &mut rows, &[]);
-        self.dissection.position.iter().map(|&position| rows[position as usize]).collect()
+        self.dissection.position.par_iter().map(|&position| rows[position as usize]).collect()
     }
 
     /// Solves from below up to a front; gives what its border has to bear.

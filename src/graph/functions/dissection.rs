@@ -6,6 +6,8 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::laplacian::Laplacian;
 use crate::tree::Node;
 
@@ -52,105 +54,134 @@ impl Front {
     }
 }
 
-impl Dissection {
-    /// The order for the links of a Laplacian among places of a tree.
-    pub(super) fn new<const D: usize>(links: &Laplacian, nodes: &[Node<D>]) -> Dissection {
-        let node_of = node_of_each_place(links, nodes);
-        let mut dissection = Dissection {
-            fronts: Vec::new(),
-            order: Vec::with_capacity(links.len()),
-            position: vec![0; links.len()],
-            entries: 0,
-        };
-        dissection.add(links, (nodes, &node_of), 0);
-        for front in &mut dissection.fronts {
-            let position = |place: &mut u32| *place = dissection.position[*place as usize];
-            front.border.iter_mut().for_each(position);
-            front.border.sort_unstable();
-            dissection.entries += front.pivots * front.rows();
-        }
-        for at in 0..dissection.fronts.len() {
-            for below in dissection.fronts[at].below.clone() {
-                let own = &dissection.fronts[at];
-                let border = dissection.fronts[below].border.iter();
-                let above = border.map(|&position| own.row(position) as u32).collect();
-                dissection.fronts[below].above = above;
-            }
-        }
-        dissection
-    }
+/// The fronts of a node and of those below it, with the places they eliminate. Numbers count from the first of them; borders hold
+/// places.
+#[derive(Default)]
+struct Part {
+    fronts: Vec<Front>,
+    order: Vec<u32>,
+}
 
-    /// Adds the fronts of a node and of those below it; gives the number of its own.
-    fn add<const D: usize>(
-        &mut self,
-        links: &Laplacian,
-        (nodes, node_of): (&[Node<D>], &[u32]),
-        at: usize,
-    ) -> usize {
-        let node = &nodes[at];
-        let begun = [self.fronts.len(), self.order.len()];
-        let below = match halves(node, at) {
-            Some(halves) => halves.map(|half| self.add(links, (nodes, node_of), half)).into(),
-            None => Vec::new(),
-        };
-        let first = self.order.len();
-        for place in (node.first..node.end).filter(|&place| node_of[place as usize] == at as u32) {
-            self.position[place as usize] = self.order.len() as u32;
-            self.order.push(place);
-        }
-        let end = self.order.len();
-        // Places that are yet to come have no position, so places stand for them; their nodes are above this one.
-        let mut border: Vec<u32> = Vec::new();
-        for &place in &self.order[first..end] {
-            border.extend(links.neighbours(place as usize).map(|(other, _)| other as u32));
-        }
-        let is_later = |place: u32| is_above(nodes, node_of[place as usize] as usize, at);
-        border.retain(|&place| is_later(place));
-        for &front in &below {
-            border.extend(self.fronts[front].border.iter().filter(|&&place| is_later(place)));
-        }
-        border.sort_unstable();
-        border.dedup();
-        self.fronts.push(Front {
-            first,
-            pivots: end - first,
-            border,
-            above: Vec::new(),
-            fronts: self.fronts.len() + 1 - begun[0],
-            places: end - begun[1],
-            below,
-        });
+impl Part {
+    /// Adds a part that follows; gives the number of its last front.
+    fn add(&mut self, other: Part) -> usize {
+        let [fronts, places] = [self.fronts.len(), self.order.len()];
+        self.order.extend(other.order);
+        self.fronts.extend(other.fronts.into_iter().map(|mut front| {
+            front.first += places;
+            front.below.iter_mut().for_each(|below| *below += fronts);
+            front
+        }));
         self.fronts.len() - 1
     }
 }
 
-/// The node at which each place is eliminated: the highest one whose cut it lies at, or the lowest one.
-fn node_of_each_place<const D: usize>(links: &Laplacian, nodes: &[Node<D>]) -> Vec<u32> {
-    let mut node_of = vec![NONE; links.len()];
-    let mut open = vec![0];
-    while let Some(at) = open.pop() {
-        let node = &nodes[at];
-        let Some([left, right]) = halves(node, at) else {
-            let own = &mut node_of[node.first as usize..node.end as usize];
-            own.iter_mut().filter(|node| **node == NONE).for_each(|node| *node = at as u32);
-            continue;
-        };
-        let [left_places, right_places] = [left, right].map(|at| nodes[at].first..nodes[at].end);
-        let at_cut = |own: &Range<u32>, others: &Range<u32>| -> Vec<u32> {
-            let is_across =
-                |other: usize| node_of[other] == NONE && others.contains(&(other as u32));
-            let is_at_cut = |&place: &u32| {
-                node_of[place as usize] == NONE
-                    && links.neighbours(place as usize).any(|(other, _)| is_across(other))
+impl Dissection {
+    /// The order for the links of a Laplacian among places of a tree.
+    pub(super) fn new<const D: usize>(links: &Laplacian, nodes: &[Node<D>]) -> Dissection {
+        let mut node_of = vec![NONE; links.len()];
+        eliminate(links, nodes, 0, &mut node_of);
+        let Part { mut fronts, order } = Cuts { links, nodes, node_of: &node_of }.part(0);
+        let mut position = vec![0; links.len()];
+        (0..).zip(&order).for_each(|(at, &place)| position[place as usize] = at);
+        fronts.par_iter_mut().for_each(|front| {
+            front.border.iter_mut().for_each(|place| *place = position[*place as usize]);
+            front.border.sort_unstable();
+        });
+        let rows_above = |own: &Front| -> Vec<Vec<u32>> {
+            let above = |&below: &usize| {
+                let border = fronts[below].border.iter();
+                border.map(|&position| own.row(position) as u32).collect()
             };
-            own.clone().filter(is_at_cut).collect()
+            own.below.iter().map(above).collect()
         };
-        let sides = [at_cut(&left_places, &right_places), at_cut(&right_places, &left_places)];
-        let smaller = usize::from(sides[1].len() < sides[0].len());
-        sides[smaller].iter().for_each(|&place| node_of[place as usize] = at as u32);
-        open.extend([left, right]);
+        let above: Vec<Vec<Vec<u32>>> = fronts.par_iter().map(rows_above).collect();
+        for (at, rows) in above.into_iter().enumerate() {
+            for (below, rows) in fronts[at].below.clone().into_iter().zip(rows) {
+                fronts[below].above = rows;
+            }
+        }
+        let entries = fronts.iter().map(|front| front.pivots * front.rows()).sum();
+        Dissection { fronts, order, position, entries }
     }
-    node_of
+}
+
+/// Where a tree is cut.
+#[derive(Clone, Copy)]
+struct Cuts<'a, const D: usize> {
+    links: &'a Laplacian,
+    nodes: &'a [Node<D>],
+    /// The node at which each place is eliminated.
+    node_of: &'a [u32],
+}
+
+impl<const D: usize> Cuts<'_, D> {
+    /// The fronts of a node and of those below it. Halves do not depend on each other.
+    fn part(&self, at: usize) -> Part {
+        let node = &self.nodes[at];
+        let (mut part, mut below) = (Part::default(), Vec::new());
+        if let Some(halves) = halves(node, at) {
+            let [left, right] = halves;
+            let (left, right) = rayon::join(|| self.part(left), || self.part(right));
+            below = [left, right].map(|half| part.add(half)).into();
+        }
+        let first = part.order.len();
+        let is_own = |&place: &u32| self.node_of[place as usize] == at as u32;
+        part.order.extend((node.first..node.end).filter(is_own));
+        // Places that are yet to come have no position, so places stand for them; their nodes are above this one.
+        let mut border: Vec<u32> = Vec::new();
+        for &place in &part.order[first..] {
+            border.extend(self.links.neighbours(place as usize).map(|(other, _)| other as u32));
+        }
+        for &front in &below {
+            border.extend_from_slice(&part.fronts[front].border);
+        }
+        let is_later = |place: u32| is_above(self.nodes, self.node_of[place as usize] as usize, at);
+        border.retain(|&place| is_later(place));
+        border.sort_unstable();
+        border.dedup();
+        let places = part.order.len();
+        part.fronts.push(Front {
+            first,
+            pivots: places - first,
+            border,
+            above: Vec::new(),
+            fronts: part.fronts.len() + 1,
+            places,
+            below,
+        });
+        part
+    }
+}
+
+/// Writes the node at which each place is eliminated: the highest one whose cut it lies at, or the lowest one. `node_of` are the places
+/// of the node.
+fn eliminate<const D: usize>(links: &Laplacian, nodes: &[Node<D>], at: usize, node_of: &mut [u32]) {
+    let node = &nodes[at];
+    let Some([left, right]) = halves(node, at) else {
+        node_of.iter_mut().filter(|node| **node == NONE).for_each(|node| *node = at as u32);
+        return;
+    };
+    let [left_places, right_places] = [left, right].map(|at| nodes[at].first..nodes[at].end);
+    let is_open = |place: u32| node_of[(place - node.first) as usize] == NONE;
+    let at_cut = |own: &Range<u32>, others: &Range<u32>| -> Vec<u32> {
+        let is_across = |other: u32| others.contains(&other) && is_open(other);
+        let is_at_cut = |&place: &u32| {
+            is_open(place)
+                && links.neighbours(place as usize).any(|(other, _)| is_across(other as u32))
+        };
+        own.clone().filter(is_at_cut).collect()
+    };
+    let sides = [at_cut(&left_places, &right_places), at_cut(&right_places, &left_places)];
+    let smaller = usize::from(sides[1].len() < sides[0].len());
+    for &place in &sides[smaller] {
+        node_of[(place - node.first) as usize] = at as u32;
+    }
+    let (left_of, right_of) = node_of.split_at_mut((left_places.end - node.first) as usize);
+    rayon::join(
+        || eliminate(links, nodes, left, left_of),
+        || eliminate(links, nodes, right, right_of),
+    );
 }
 
 /// The halves of a node that is cut.

@@ -23,8 +23,8 @@ pub(super) fn slowest(
     let scale = null.iter().map(|value| value * value).sum::<f64>().sqrt();
     let null: Vec<f64> = null.iter().map(|value| value / scale).collect();
     let column = |place: usize, at: usize| start.values[place * width + 1 + at];
-    let mut own: Vec<Row> =
-        (0..null.len()).map(|place| std::array::from_fn(|at| column(place, at))).collect();
+    let row = |place: usize| std::array::from_fn(|at| column(place, at));
+    let mut own: Vec<Row> = (0..null.len()).into_par_iter().map(row).collect();
     without_null(&mut own, &null);
     let (mut basis, mut next) = (Vec::new(), orthonormal(own)?.0);
     let most = MOST_BLOCKS.max(4 * wanted / COLUMNS);

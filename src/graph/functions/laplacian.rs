@@ -49,19 +49,35 @@ impl Laplacian {
         let density =
             |place| 1.0 + rings.neighbours(place).map(|(_, mm)| likeness(mm)).sum::<f64>();
         let densities: Vec<f64> = places.clone().into_par_iter().map(density).collect();
-        let (mut starts, mut ids, mut weights) = (vec![0], Vec::new(), Vec::new());
-        let mut sets = Sets::new(count);
-        for place in places {
-            for (other, length_mm) in rings.neighbours(place) {
-                let likeness = likeness(length_mm);
-                if likeness > NOTHING {
-                    let product = densities[place as usize] * densities[other as usize];
-                    ids.push(other);
-                    weights.push(likeness / product);
-                    sets.join(place as usize, other as usize);
+        let of_job = |first: usize| {
+            let mut job = (Vec::new(), Vec::new(), Vec::new());
+            let (ends, ids, weights) = &mut job;
+            for place in first..(first + JOB).min(count) {
+                for (other, length_mm) in rings.neighbours(place as PlaceId) {
+                    let likeness = likeness(length_mm);
+                    if likeness > NOTHING {
+                        ids.push(other);
+                        weights.push(likeness / (densities[place] * densities[other as usize]));
+                    }
                 }
+                ends.push(ids.len());
             }
-            starts.push(ids.len());
+            job
+        };
+        let jobs: Vec<_> = (0..count).into_par_iter().step_by(JOB).map(of_job).collect();
+        let (mut starts, mut ids, mut weights) = (vec![0], Vec::new(), Vec::new());
+        for (ends, of_job, their_weights) in jobs {
+            let before = ids.len();
+            starts.extend(ends.into_iter().map(|end| before + end));
+            ids.extend(of_job);
+            weights.extend(their_weights);
+        }
+        let mut sets = Sets::new(count);
+        for (place, ends) in starts.windows(2).enumerate() {
+            // Weights are symmetric: each link is met from its other end, too.
+            for &other in ids[ends[0]..ends[1]].iter().filter(|&&other| other as usize > place) {
+                sets.join(place, other as usize);
+            }
         }
         let (_, pieces) = sets.numbered();
         if pieces > 1 {
@@ -93,11 +109,18 @@ impl Laplacian {
     /// and 1.
     pub(super) fn normalised(mut self) -> Laplacian {
         let roots: Vec<f64> = self.degrees.iter().map(|degree| degree.sqrt()).collect();
-        for place in 0..self.len() {
-            for at in self.starts[place]..self.starts[place + 1] {
-                self.weights[at] /= roots[place] * roots[self.ids[at] as usize];
-            }
+        let (mut rows, mut further) =
+            (Vec::with_capacity(self.degrees.len()), &mut self.weights[..]);
+        for ends in self.starts.windows(2) {
+            let (row, others) = further.split_at_mut(ends[1] - ends[0]);
+            rows.push((&self.ids[ends[0]..ends[1]], row));
+            further = others;
         }
+        rows.into_par_iter().zip(&roots).for_each(|((ids, row), root)| {
+            for (weight, &other) in row.iter_mut().zip(ids) {
+                *weight /= root * roots[other as usize];
+            }
+        });
         self
     }
 }
@@ -108,6 +131,9 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let sums: Vec<f64> = a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK)).map(products).collect();
     sums.iter().sum()
 }
+
+/// Places of one job.
+const JOB: usize = 1 << 10;
 
 /// Neighbours that are less alike are none: six mean distances apart.
 const NOTHING: f64 = 1e-16;
