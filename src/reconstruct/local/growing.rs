@@ -75,6 +75,12 @@ impl Seen {
     }
 }
 
+/// Stands for the place of a point that has none.
+const NO_PLACE: PointMm = [f64::NAN; 3];
+
+/// Fewer points than twice as many are placed by one thread.
+const SHARED: usize = 4096;
+
 /// The bits of a number of a point.
 const NUMBER: u32 = (1 << 24) - 1;
 const _: () =
@@ -220,12 +226,16 @@ impl LocalSurface {
             return Err(TooManyPoints { found: received });
         }
         self.received = received;
-        let mut batch: Vec<Numbered> = Vec::with_capacity(points_mm.len());
-        for (&point, number) in points_mm.iter().zip(first as u32..) {
-            match as_place(point) {
-                Some(place) => batch.push((place, number)),
-                None => self.left_out.push((number, LeftOut::NoPlace)),
-            }
+        let place =
+            |(&point, number): (&PointMm, u32)| (as_place(point).unwrap_or(NO_PLACE), number);
+        let numbers = first as u32..received as u32;
+        let mut batch: Vec<Numbered> =
+            points_mm.par_iter().zip(numbers).with_min_len(SHARED).map(place).collect();
+        let has_place = |&(place, _): &Numbered| !place[0].is_nan();
+        if !batch.par_iter().with_min_len(SHARED).all(has_place) {
+            let without = batch.iter().filter(|one| !has_place(one));
+            self.left_out.extend(without.map(|&(_, number)| (number, LeftOut::NoPlace)));
+            batch.retain(has_place);
         }
         let inserted = self.tree.insert(&mut batch);
         drop(batch);

@@ -5,6 +5,7 @@
 //! root. Points of a batch are numbered leaf by leaf, so that neighbours are near in memory. Every node knows the box of its
 //! points, and how far the points in it see: who sees a new place is found without asking all.
 
+mod plan;
 mod queries;
 mod sights;
 
@@ -12,6 +13,7 @@ use std::cmp::Ordering;
 
 use asphera_geometry::{BoxMm, PointMm};
 
+use self::plan::{Plan, halved};
 pub(super) use self::queries::Ball;
 use self::sights::SIGHTS;
 pub(super) use self::sights::Sight;
@@ -104,7 +106,9 @@ impl PlaceTree {
         // Leaves are more than half full, on the average.
         self.blocks.reserve(batch.len() / LEAF * 2);
         self.nodes.reserve(batch.len() / LEAF * 4);
-        self.descend(ROOT, cell, batch, &mut inserted);
+        let is_first = self.points_mm.is_empty();
+        let plan = is_first.then(|| self.plan(Some(ROOT), cell, batch)).flatten();
+        self.descend((ROOT, plan.as_deref()), cell, batch, &mut inserted);
         inserted
     }
 
@@ -165,10 +169,10 @@ impl PlaceTree {
         }
     }
 
-    /// Takes points below a node; gives their box.
+    /// Takes points below a node, which may have a plan; gives their box.
     fn descend(
         &mut self,
-        node: u32,
+        (node, plan): (u32, Option<&Plan>),
         cell: Cell,
         batch: &mut [Numbered],
         inserted: &mut Inserted,
@@ -177,31 +181,36 @@ impl PlaceTree {
             return BoxMm::EMPTY;
         }
         if let Content::Leaf { len, .. } = self.nodes[node as usize].content {
-            let whole = BoxMm::about(batch.iter().map(|&(place, _)| place));
-            self.widen(node, &whole);
-            let is_one_place = batch.iter().all(|&(place, _)| place == batch[0].0);
-            if len as usize + if is_one_place { 1 } else { batch.len() } <= LEAF {
-                self.fill(node, batch, inserted);
-                return whole;
+            if let Some(plan) = plan {
+                self.widen(node, &plan.bounds);
+                self.split(node, plan.axis, plan.at_mm);
+            } else {
+                let whole = BoxMm::about(batch.iter().map(|&(place, _)| place));
+                self.widen(node, &whole);
+                let is_one_place = batch.iter().all(|&(place, _)| place == batch[0].0);
+                if len as usize + if is_one_place { 1 } else { batch.len() } <= LEAF {
+                    self.fill(node, batch, inserted);
+                    return whole;
+                }
+                let Some((axis, at_mm)) = middle(&self.nodes[node as usize].bounds, &cell) else {
+                    // A cell that cannot be halved holds one place, which is there.
+                    inserted.duplicates.extend(batch.iter().map(|&(_, id)| id));
+                    return whole;
+                };
+                self.split(node, axis, at_mm);
             }
-            let Some((axis, at_mm)) = self.middle(node, &cell) else {
-                // A cell that cannot be halved holds one place, which is there.
-                inserted.duplicates.extend(batch.iter().map(|&(_, id)| id));
-                return whole;
-            };
-            self.split(node, axis, at_mm);
         }
         let Content::Split { low, high, axis, at_mm } = self.nodes[node as usize].content else {
             return BoxMm::EMPTY;
         };
         let axis = usize::from(axis);
-        let count = partition(batch, axis, at_mm);
+        let count = plan.map_or_else(|| partition(batch, axis, at_mm), |plan| plan.below);
         let (below, above) = batch.split_at_mut(count);
-        let (mut low_cell, mut high_cell) = (cell, cell);
-        low_cell.high[axis] = at_mm;
-        high_cell.low[axis] = at_mm;
-        let below = self.descend(low, low_cell, below, inserted);
-        let whole = joined(&below, &self.descend(high, high_cell, above, inserted));
+        let [low_cell, high_cell] = halved(&cell, axis, at_mm);
+        let [low_plan, high_plan] = plan.map_or([None; 2], Plan::halves);
+        let below = self.descend((low, low_plan), low_cell, below, inserted);
+        let above = self.descend((high, high_plan), high_cell, above, inserted);
+        let whole = joined(&below, &above);
         self.widen(node, &whole);
         whole
     }
@@ -234,19 +243,6 @@ impl PlaceTree {
         if to > from {
             inserted.leaves.push(NewInLeaf { from, to });
         }
-    }
-
-    /// Where to halve a cell: across the widest side of its points that has a middle. `None` where it is one place.
-    fn middle(&self, node: u32, cell: &Cell) -> Option<(usize, f64)> {
-        let bounds = &self.nodes[node as usize].bounds;
-        let extent = |axis: usize| bounds.high[axis] - bounds.low[axis];
-        (0..3)
-            .map(|axis| {
-                let (low, high) = (cell.low[axis], cell.high[axis]);
-                (axis, low + (high - low) / 2.0)
-            })
-            .filter(|&(axis, at)| cell.low[axis] < at && at < cell.high[axis])
-            .max_by(|a, b| extent(a.0).total_cmp(&extent(b.0)))
     }
 
     fn split(&mut self, leaf: u32, axis: usize, at_mm: f64) {
@@ -303,6 +299,18 @@ fn outside(cell: &Cell, bounds: &BoxMm) -> Option<(usize, bool)> {
         let is_high = bounds.high[axis] >= cell.high[axis];
         (is_low || is_high).then_some((axis, is_low))
     })
+}
+
+/// Where to halve a cell: across the widest side of its points that has a middle. `None` where it is one place.
+fn middle(bounds: &BoxMm, cell: &Cell) -> Option<(usize, f64)> {
+    let extent = |axis: usize| bounds.high[axis] - bounds.low[axis];
+    (0..3)
+        .map(|axis| {
+            let (low, high) = (cell.low[axis], cell.high[axis]);
+            (axis, low + (high - low) / 2.0)
+        })
+        .filter(|&(axis, at)| cell.low[axis] < at && at < cell.high[axis])
+        .max_by(|a, b| extent(a.0).total_cmp(&extent(b.0)))
 }
 
 /// Puts points below a coordinate first; gives how many they are.
