@@ -1,6 +1,6 @@
 //! The samples in the cells of a quadtree: what is near a place without a mesh.
 
-use asphera_geometry::{BoundsMm, along_morton};
+use asphera_geometry::{BoundsMm, along_morton, greater};
 
 use crate::counting::{self, Entry, key, number, sort_by_key};
 use crate::samples::{PlaceMm, SampleId, Samples};
@@ -132,10 +132,8 @@ impl Node {
 fn squared_gap(a: &BoundsMm, b: &BoundsMm) -> f64 {
     let mut sum = 0.0;
     for axis in 0..2 {
-        let [below, above] = [a.low[axis] - b.high[axis], b.low[axis] - a.high[axis]];
-        // One instruction each: `f64::max` knows what to do with NaN.
-        let gap = if above > below { above } else { below };
-        let gap = if gap > 0.0 { gap } else { 0.0 };
+        let gap = greater(a.low[axis] - b.high[axis], b.low[axis] - a.high[axis]);
+        let gap = greater(gap, 0.0);
         sum += gap * gap;
     }
     sum

@@ -1,8 +1,8 @@
 //! Geometry that every kernel crate of asphera stands on.
 //!
 //! Measured points and their range, [`predicates`] that decide questions about places exactly, boxes, the
-//! nearest of a set of points ([`WeightedTree`]), Morton's curve ([`along_morton`]), [`outline`]s, [`side`]s, disjoint [`Sets`], sums that do not lose what is small
-//! ([`Sum`]), counted random [`Numbers`], places on a mesh, weighted [`quantile`]s, [`vector`]s and single triangles in space.
+//! nearest of a set of points ([`WeightedTree`]), Morton's curve ([`along_morton`]), [`outline`]s, [`side`]s, disjoint
+//! [`Sets`], sums that do not lose what is small ([`Sum`]), counted random [`Numbers`], places on a mesh, weighted [`quantile`]s, [`vector`]s and single triangles in space.
 //!
 //! Lengths are mm, areas mm². The crate holds no input or output, reads no clock and starts no thread.
 

@@ -1,3 +1,5 @@
+//! A curve found without a mesh has the report of one found with it.
+
 use std::f64::consts::TAU;
 
 use asphera_contour::{Method, Parameters, PlaceMm, Samples, Triangulation};

@@ -131,7 +131,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
             Some(ghost)
                 if self.plan(&mut plan, path, axis, ghost)
                     && plan.is_sewn()
-                    && !self.is_too_wide(&mut plan, path) =>
+                    && !self.is_mismatched(&mut plan, path) =>
             {
                 self.sew(&mut plan, path, ghost);
                 if backwards {
@@ -155,22 +155,20 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         planned
     }
 
-    /// Whether a strip has so many points that it must be narrow, and is not.
+    /// Whether a strip does not match the hull before it: flips may then be as many as pairs of a point and a side.
     ///
-    /// Between lines that lie apart by many times their steps, and are not straight, flips may be as many as pairs of points.
-    /// Of shorter strips that shows when the first ones were made, but not where the hull before them is
-    /// long: 1,000 points before 11,000 sides took 9.5 million.
-    fn is_too_wide(&self, plan: &mut Plan, path: Path) -> bool {
-        let [first, last] = [0, path.run.count - 1].map(|index| self.at(path.at(index)));
-        let distance = |[p, q]: [Place; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
-        let step = distance([first, last]) / path.run.count as f64;
-        plan.is_wide = distance(plan.bridge) > WIDE_STEPS * step;
+    /// That is so between lines that lie apart by many times their steps and are not straight. Of shorter strips it shows when the first
+    /// ones were made, but not where the hull before them is long: 1,000 points before 11,000 sides took 9.5 million.
+    fn is_mismatched(&self, plan: &mut Plan, path: Path) -> bool {
         let points = path.run.count;
-        let is_long = points >= 2 * LONGEST_WIDE;
-        let sees_much = plan.of_hull > LONG_HULL.max(UNEVEN * points);
+        let [first, last] = [0, points - 1].map(|index| self.at(path.at(index)));
+        let distance = |[p, q]: [Place; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
+        let step = distance([first, last]) / points as f64;
+        plan.is_wide = distance(plan.bridge) > WIDE_STEPS * step;
+        let sides_a_point = if plan.is_wide { UNEVEN } else { LOPSIDED };
+        let sees_much = plan.of_hull > LONG_HULL.max(sides_a_point * points);
         let sees_little = points > SHORT && EVEN[0] * points > EVEN[1] * plan.of_hull;
-        let is_lopsided = plan.of_hull > LONG_HULL.max(LOPSIDED * points);
-        is_lopsided || plan.is_wide && (is_long || sees_much || sees_little)
+        sees_much || plan.is_wide && (points >= 2 * LONGEST_WIDE || sees_little)
     }
 
     /// How many of so many points that follow one another are to be tried as a strip next: none where the last ones took
@@ -542,11 +540,10 @@ const WIDE_STEPS: f64 = 64.0;
 /// Points of a wide strip at most, or twice as many where those are all there are.
 const LONGEST_WIDE: usize = 1024;
 
-/// A wide strip may have so many sides of the hull before it, or so many for each of its points.
+/// A strip may have so many sides of the hull before it, or so many for each of its points: fewer where it is wide. 64 points before
+/// 25,600 sides took 1.6 million flips.
 const LONG_HULL: usize = 5000;
 const UNEVEN: usize = 2;
-
-/// So many sides for each point are too many of any strip: 64 points before 25,600 sides took 1.6 million flips.
 const LOPSIDED: usize = 64;
 
 /// A wide strip of more points than these may have no more than 5 for each 4 sides before it: 1,024 points before 750 sides took
