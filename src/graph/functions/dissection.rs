@@ -119,12 +119,14 @@ impl<const D: usize> Cuts<'_, D> {
     /// The fronts of a node and of those below it. Halves do not depend on each other.
     fn part(&self, at: usize) -> Part {
         let node = &self.nodes[at];
-        let (mut part, mut below) = (Part::default(), Vec::new());
-        if let Some(halves) = halves(node, at) {
-            let [left, right] = halves;
-            let (left, right) = rayon::join(|| self.part(left), || self.part(right));
-            below = [left, right].map(|half| part.add(half)).into();
-        }
+        let (mut part, below) = match halves(node, at) {
+            Some([left, right]) => {
+                let (mut part, right) = rayon::join(|| self.part(left), || self.part(right));
+                let below = vec![part.fronts.len() - 1, part.add(right)];
+                (part, below)
+            }
+            None => (Part::default(), Vec::new()),
+        };
         let first = part.order.len();
         let is_own = |&place: &u32| self.node_of[place as usize] == at as u32;
         part.order.extend((node.first..node.end).filter(is_own));
