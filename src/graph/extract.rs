@@ -10,6 +10,7 @@ use crate::graph::{GraphError, PointGraph};
 use crate::grown::{Growth, grown_graph};
 use crate::links::Links;
 use crate::loops::Loop;
+use crate::saddles::Spans;
 use crate::strips::{MOST_STRIPS, Strips, StripsError};
 
 /// How a graph is made.
@@ -64,8 +65,8 @@ pub struct Extraction<const D: usize> {
     pub tau_mm: f64,
     /// The loops that count, the widest first.
     pub loops: Vec<Loop>,
-    /// Loops that are too small to count. Of automatic strips: open over ⅔ to 1.1 τ in space, or less than `min_loop`. Otherwise:
-    /// spanning fewer than two strips, or less than `min_loop`.
+    /// Loops that do not count. Of automatic strips: open over ⅔ to 1.8 τ in space, as gaps of the sampling are, or less than `min_loop`.
+    /// Otherwise: spanning fewer than two strips, or less than `min_loop`.
     pub minor_loops: Vec<Loop>,
 }
 
@@ -113,9 +114,9 @@ pub fn extract<const D: usize>(
     let (loops, minor_loops) = if is_fine(choices, field) {
         let mut found = Vec::new();
         let thin = thin_strips(&graph.strips, field, tau_mm, 1.0)?;
-        for one in between_thin_strips((cloud, links), field, &graph, &thin, LINK * tau_mm)? {
-            if one.span() >= MINOR {
-                found.push((one.span() >= COUNTS, of_graph(&one, &graph, &thin)));
+        for one in between_thin_strips((cloud, links), field, &graph, (&thin, 1.0), tau_mm)? {
+            if one.span() >= Spans::of(1.0).short {
+                found.push((one.is_no_gap, of_graph(&one, &graph, &thin)));
             }
         }
         found.sort_by(|(_, a), (_, b)| {
@@ -123,7 +124,7 @@ pub fn extract<const D: usize>(
         });
         let (loops, minor): (Vec<_>, Vec<_>) = found
             .into_iter()
-            .partition(|(is_long, one)| *is_long && one.extent() >= choices.min_loop);
+            .partition(|(is_no_gap, one)| *is_no_gap && one.extent() >= choices.min_loop);
         [loops, minor].map(|found| found.into_iter().map(|(_, one)| one).collect()).into()
     } else {
         graph.loops().into_iter().partition(|found| counts(found, choices.min_loop))
@@ -163,14 +164,16 @@ fn thin_strips(
     strips.divided((STRIP * THIN * share).round() as usize)
 }
 
-/// Loops between thin strips, by links within the components of the graph; those of the cloud may be known.
+/// Loops between thin strips, `share` times as many as usual, by links within the components of the graph; those of the cloud may be
+/// known.
 fn between_thin_strips<const D: usize>(
     (cloud, known): (&Cloud<D>, Option<&Links>),
     field: &Field,
     graph: &PointGraph<D>,
-    thin: &Strips,
-    reach_mm: f64,
+    (thin, share): (&Strips, f64),
+    tau_mm: f64,
 ) -> Result<Vec<FineLoop>, ExtractError> {
+    let reach_mm = LINK * tau_mm;
     let width = thin.bounds()[1] - thin.bounds()[0];
     // Lengths change by no more than the way gone.
     let margin = (field.is_length && width > 0.0).then(|| (reach_mm / width) as usize + 1);
@@ -181,7 +184,8 @@ fn between_thin_strips<const D: usize>(
         component_of_node[a] == component_of_node[b]
             && graph.nodes[a].strip.abs_diff(graph.nodes[b].strip) <= 1
     };
-    let wanted = Wanted { reach_mm, may_link: &may_link, known };
+    let spans = Spans::of(share);
+    let wanted = Wanted { tau_mm, reach_mm, may_link: &may_link, known, spans };
     fine_loops(cloud, &field.values, thin, wanted, margin).map_err(|error| match error {
         FineError::Graph(error) => error.into(),
         FineError::Cloud(error) => error.into(),
@@ -217,19 +221,17 @@ impl<const D: usize> Extraction<D> {
             if is_fine(choices, field) {
                 let strips = (self.graph.strips.count() as f64 * of_strips).round().max(1.0);
                 let thin = thin_strips(&self.graph.strips, field, self.tau_mm, of_strips)?;
-                let reach_mm = LINK * tau_mm;
                 let found = between_thin_strips(
                     (cloud, links.as_ref()),
                     field,
                     &self.graph,
-                    &thin,
-                    reach_mm,
+                    (&thin, of_strips),
+                    tau_mm,
                 )?;
-                let is_long = |one: &&FineLoop| {
-                    f64::from(one.span()) >= f64::from(COUNTS) * of_strips
-                        && of_graph(one, &self.graph, &thin).extent() >= choices.min_loop
+                let is_loop = |one: &&FineLoop| {
+                    one.is_no_gap && of_graph(one, &self.graph, &thin).extent() >= choices.min_loop
                 };
-                let loops = found.iter().filter(is_long).count();
+                let loops = found.iter().filter(is_loop).count();
                 trials.push((tau_mm, strips as usize, loops));
                 continue;
             }
@@ -327,9 +329,3 @@ const THIN: f64 = 9.0;
 
 /// Links reach so many τ; most are shorter.
 const LINK: f64 = 1.5;
-
-/// Thin strips that a loop spans to count: 1.1 τ. Gaps of 100,000 points at random on a surface span 8 at most, as measured.
-const COUNTS: u32 = 11;
-
-/// Thin strips that a minor loop spans.
-const MINOR: u32 = 6;

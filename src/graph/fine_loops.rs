@@ -8,7 +8,8 @@ use crate::cloud::{Cloud, CloudError, PlaceId};
 use crate::graph::{GraphError, sorted_by_strip};
 use crate::level_sets::{Linked, ThinStrip};
 use crate::links::Links;
-use crate::loops::closed;
+use crate::loops::{Closes, Merged};
+use crate::saddles::{Branches, Spans};
 use crate::strips::Strips;
 
 /// A loop by thin strips.
@@ -18,6 +19,8 @@ pub(crate) struct FineLoop {
     pub(crate) strips: [u32; 2],
     /// A place of the piece where they part, and one of the piece where they meet.
     pub(crate) places: [PlaceId; 2],
+    /// No gap of the sampling makes it, by [`Spans`].
+    pub(crate) is_no_gap: bool,
 }
 
 impl FineLoop {
@@ -30,12 +33,16 @@ impl FineLoop {
 /// The links that make loops.
 #[derive(Clone, Copy)]
 pub(crate) struct Wanted<'a> {
+    /// τ in mm.
+    pub(crate) tau_mm: f64,
     /// They are shorter, in mm.
     pub(crate) reach_mm: f64,
     /// Whether two places may be linked.
     pub(crate) may_link: &'a (dyn Fn([PlaceId; 2]) -> bool + Sync),
     /// Those of the whole cloud, if they are known.
     pub(crate) known: Option<&'a Links>,
+    /// How many thin strips a loop spans that no gap makes.
+    pub(crate) spans: Spans,
 }
 
 /// Whether strips of a cloud are passed in one run, which takes the links of the whole cloud.
@@ -79,6 +86,7 @@ fn in_runs<const D: usize>(
     let mut places_of_pieces = Vec::new();
     let mut strip_of = Vec::new();
     let mut arcs = Vec::new();
+    let mut piece_of = vec![0; cloud.len()];
     // Pieces of the level below, each with the node under it.
     let mut under: Vec<u32> = Vec::new();
     for run in runs {
@@ -93,15 +101,30 @@ fn in_runs<const D: usize>(
             under = thin.above.iter().map(|&piece| first + piece).collect();
             strip_of.extend(thin.pieces.iter().map(|_| strip as u32));
             places_of_pieces.extend(thin.pieces.iter().map(|&at| places[at as usize]));
+            let own = of_strip[strip].iter().zip(&thin.own);
+            own.for_each(|(&place, &piece)| piece_of[place as usize] = first + piece);
         }
     }
     arcs.sort_unstable();
-    let found = closed(strip_of.len(), &arcs).into_iter();
-    let of = |nodes: [u32; 2]| FineLoop {
-        strips: nodes.map(|node| strip_of[node as usize]),
-        places: nodes.map(|node| places_of_pieces[node as usize]),
-    };
-    Ok(found.map(of).collect())
+    let branches = Branches { cloud, of_strip, strip_of: &strip_of, piece_of: &piece_of, wanted };
+    let mut merged = Merged::new(strip_of.len());
+    let mut found = Vec::new();
+    for (upper, lower) in arcs {
+        if let Some(closes) = merged.closes(upper, lower) {
+            let Closes { ends, branches: nodes } = closes;
+            let mut one = FineLoop {
+                strips: ends.map(|node| strip_of[node as usize]),
+                places: ends.map(|node| places_of_pieces[node as usize]),
+                is_no_gap: false,
+            };
+            one.is_no_gap = one.span() >= wanted.spans.long
+                || one.span() >= wanted.spans.short
+                    && branches.have_saddles(one.strips, nodes, &mut merged)?;
+            found.push(one);
+        }
+        merged.join(upper, lower);
+    }
+    Ok(found)
 }
 
 /// Runs of strips that hold some `most` places each, and are long against the margin.
@@ -125,7 +148,7 @@ fn thin_strips<const D: usize>(
     cloud: &Cloud<D>,
     of_strip: &[Vec<PlaceId>],
     (members, run): (Range<usize>, Range<usize>),
-    Wanted { reach_mm, may_link, known }: Wanted<'_>,
+    Wanted { reach_mm, may_link, known, .. }: Wanted<'_>,
 ) -> Result<(Vec<ThinStrip>, Vec<PlaceId>), CloudError> {
     let places = of_strip[members.clone()].concat();
     let strip_of: Vec<u32> = members
@@ -196,7 +219,13 @@ mod tests {
             let of_strip = sorted_by_strip(&cloud, &values, &strips).unwrap();
             let margin = 0.6 / (strips.bounds()[1] - low);
             let margin = margin as usize + 1;
-            let wanted = Wanted { reach_mm: 0.6, may_link: &|_| true, known: None };
+            let wanted = Wanted {
+                tau_mm: 0.4,
+                reach_mm: 0.6,
+                may_link: &|_| true,
+                known: None,
+                spans: Spans::of(1.0),
+            };
             let found = |runs: Vec<Range<usize>>| {
                 let mut found = in_runs(&cloud, &of_strip, runs, wanted, Some(margin)).unwrap();
                 found.sort_by_key(|one| (one.strips, one.places));
@@ -230,7 +259,13 @@ mod tests {
             a == b
         };
         let loops = |may_link: &(dyn Fn([PlaceId; 2]) -> bool + Sync)| {
-            let wanted = Wanted { reach_mm: 0.05, may_link, known: None };
+            let wanted = Wanted {
+                tau_mm: 0.03,
+                reach_mm: 0.05,
+                may_link,
+                known: None,
+                spans: Spans::of(1.0),
+            };
             let found = fine_loops(&cloud, &values, &strips, wanted, None);
             found.ok().map(|found| found.len())
         };

@@ -25,6 +25,8 @@ pub(crate) struct ThinStrip {
     pub(crate) below: Vec<u32>,
     /// The piece that each piece of the level above lies in.
     pub(crate) above: Vec<u32>,
+    /// The piece of each position of the strip.
+    pub(crate) own: Vec<u32>,
 }
 
 /// The pieces of a level by the ends of links across it.
@@ -153,8 +155,9 @@ impl Linked<'_> {
             *first = (*first).min(position);
         }
         let (of_below, others) = piece_of.split_at(below.firsts.len());
-        let above = others[..above.firsts.len()].to_vec();
-        ThinStrip { pieces, below: of_below.to_vec(), above }
+        let (of_above, of_own) = others.split_at(above.firsts.len());
+        let [below, above, own] = [of_below, of_above, of_own].map(<[u32]>::to_vec);
+        ThinStrip { pieces, below, above, own }
     }
 }
 
@@ -255,7 +258,12 @@ mod tests {
                     .collect();
                 let own: Vec<u32> = (0..40).filter(|&position| of(position) == strip).collect();
                 let pieces = joined(&all, &own);
+                let at = own.clone();
                 let own = &found[strip as usize];
+                for (&position, &piece) in at.iter().zip(&own.own) {
+                    let holder = pieces.iter().find(|piece| piece.contains(&position)).unwrap();
+                    assert_eq!(own.pieces[piece as usize], *holder.first().unwrap());
+                }
                 let mut firsts: Vec<u32> = own.pieces.clone();
                 firsts.sort_unstable();
                 let mut expected: Vec<u32> =
@@ -278,7 +286,7 @@ mod tests {
                 }
                 let alone = &parted[strip as usize];
                 assert_eq!((&own.pieces, &own.below), (&alone.pieces, &alone.below));
-                assert_eq!(own.above, alone.above);
+                assert_eq!((&own.above, &own.own), (&alone.above, &alone.own));
             }
         }
     }

@@ -44,6 +44,7 @@ mod nearest;
 mod parts;
 mod resolutions;
 mod running;
+mod saddles;
 mod segments;
 mod slab;
 mod strips;

@@ -53,23 +53,36 @@ impl<const D: usize> PointGraph<D> {
 /// (upper node, lower node), sorted. Two arcs may join the same nodes.
 pub(crate) fn closed(nodes: usize, arcs: &[(NodeId, NodeId)]) -> Vec<[NodeId; 2]> {
     let mut merged = Merged::new(nodes);
-    let closes =
-        |&(upper, lower): &(NodeId, NodeId)| merged.join(upper, lower).map(|start| [start, upper]);
+    let closes = |&(upper, lower): &(NodeId, NodeId)| {
+        let closes = merged.closes(upper, lower);
+        merged.join(upper, lower);
+        closes.map(|closes| closes.ends)
+    };
     arcs.iter().filter_map(closes).collect()
 }
 
 /// Nodes, some of which count as one, each with one node below it at most.
-struct Merged {
+pub(crate) struct Merged {
     same: Vec<NodeId>,
     below: Vec<Option<NodeId>>,
 }
 
+/// A loop that an arc closes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Closes {
+    /// The node where its branches part, and the one where they meet.
+    pub(crate) ends: [NodeId; 2],
+    /// The nodes of both branches next to the lower end, and next to the upper one. Each stands for those that count as one with it.
+    pub(crate) branches: [[NodeId; 2]; 2],
+}
+
 impl Merged {
-    fn new(count: usize) -> Merged {
+    pub(crate) fn new(count: usize) -> Merged {
         Merged { same: (0..count as u32).collect(), below: vec![None; count] }
     }
 
-    fn root(&mut self, mut node: NodeId) -> NodeId {
+    /// The node that stands for all which count as one with this one.
+    pub(crate) fn root(&mut self, mut node: NodeId) -> NodeId {
         while self.same[node as usize] != node {
             let next = self.same[node as usize];
             self.same[node as usize] = self.same[next as usize];
@@ -78,12 +91,27 @@ impl Merged {
         node
     }
 
-    /// Puts `lower` below `upper`. If that closes a loop, gives the node where it begins.
-    fn join(&mut self, upper: NodeId, lower: NodeId) -> Option<NodeId> {
+    /// The loop that closes where `lower` is put below `upper`.
+    pub(crate) fn closes(&mut self, upper: NodeId, lower: NodeId) -> Option<Closes> {
+        let upper_root = self.root(upper);
+        let other = self.below[upper_root as usize]?;
+        let high = [self.root(other), self.root(lower)];
+        let mut low = high;
+        let mut at = high;
+        while at[0] != at[1] {
+            low = at;
+            let [a, b] = at.map(|node| self.below[node as usize]);
+            at = [self.root(a?), self.root(b?)];
+        }
+        Some(Closes { ends: [at[0], upper], branches: [low, high] })
+    }
+
+    /// Puts `lower` below `upper`. Nodes of one strip below both count as one from there on, as far down as both branches reach.
+    pub(crate) fn join(&mut self, upper: NodeId, lower: NodeId) {
         let upper = self.root(upper);
         let Some(other) = self.below[upper as usize] else {
             self.below[upper as usize] = Some(lower);
-            return None;
+            return;
         };
         let (mut a, mut b) = (self.root(other), self.root(lower));
         while a != b {
@@ -91,15 +119,12 @@ impl Merged {
             let (kept, gone) = (a.min(b), a.max(b));
             let under = [kept, gone].map(|node| self.below[node as usize]);
             self.same[gone as usize] = kept;
-            match under {
-                [Some(first), Some(second)] => (a, b) = (self.root(first), self.root(second)),
-                [first, second] => {
-                    // One branch began here: two components became one.
-                    self.below[kept as usize] = first.or(second);
-                    return None;
-                }
-            }
+            let [Some(first), Some(second)] = under else {
+                // One branch began here: two components became one.
+                self.below[kept as usize] = under[0].or(under[1]);
+                return;
+            };
+            (a, b) = (self.root(first), self.root(second));
         }
-        Some(a)
     }
 }

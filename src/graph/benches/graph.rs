@@ -111,6 +111,9 @@ fn loops() {
                 right += 1;
                 let stability = found.stability(&cloud, &field, &choices).unwrap();
                 stable += usize::from(stability.is_stable);
+                if !stability.is_stable {
+                    wrong.push(format!("{at}: not stable, {:?}", stability.trials));
+                }
             }
         }
         println!("    {name}, genus {genus}: {right}, {stable}; wrong {wrong:?}");

@@ -112,3 +112,62 @@ fn a_tilted_bore_counts_where_its_loop_is_open_over_two_tau() {
         }
     }
 }
+
+/// A torus seen so that its two saddles lie nearly as high: with ring radius 1, tube radius 0.4 and the angle θ to its axis the loop is
+/// open over 2·|sin θ − 0.4|. That is less than many gaps are, but the ends of the loop lie apart.
+#[test]
+fn a_loop_that_is_hardly_open_counts_where_its_ends_are_saddles() {
+    let mut random = Random::new(6);
+    let cloud = Cloud::new(&Body::torus().sample(60_000, &mut random)).unwrap();
+    let tau_mm = asphera_graph::auto_tau_mm(&cloud).unwrap();
+    for (open, loops) in [(-2.0_f64, 1), (-1.0, 1), (0.0, 0), (1.0, 1), (2.0, 1)] {
+        let sin = 0.4 + 0.5 * open * tau_mm;
+        let direction = [0.8 * sin, 0.6 * sin, (1.0 - sin * sin).sqrt()];
+        let field = functions::height(&cloud, direction).unwrap();
+        let found = extract(&cloud, &field, &Choices::default()).unwrap();
+        assert_eq!(found.loops.len(), loops, "{open} {:?}", found.minor_loops);
+        if open.abs() < 2.0 {
+            assert!(found.loops.iter().all(|one| one.extent() < 1.2 * tau_mm), "{open}");
+        }
+    }
+}
+
+/// Points at random on a cylinder of radius 1 and height 2 without those in some discs: height and radius of each in τ.
+fn pierced(discs: &[(f64, f64)], tau_mm: f64) -> Cloud<3> {
+    let mut random = Random::new(7);
+    let mut points = Vec::new();
+    while points.len() < 20_000 {
+        let (angle, z) = (std::f64::consts::TAU * random.unit(), 2.0 * random.unit() - 1.0);
+        let is_cut = (0..).zip(discs).any(|(at, &(height, radius))| {
+            let turn = std::f64::consts::TAU * f64::from(at) / discs.len() as f64;
+            let across = 2.0 * ((angle - turn) / 2.0).sin();
+            across.hypot(z - height * tau_mm) < radius * tau_mm
+        });
+        if !is_cut {
+            points.push([angle.cos(), angle.sin(), z]);
+        }
+    }
+    Cloud::new(&points).unwrap()
+}
+
+#[test]
+fn gaps_are_minor_whether_one_or_two_on_a_level_and_holes_count() {
+    let whole = pierced(&[], 0.0);
+    let tau_mm = asphera_graph::auto_tau_mm(&whole).unwrap();
+    let count = |discs: &[(f64, f64)]| {
+        let cloud = pierced(discs, tau_mm);
+        let found = extract(
+            &cloud,
+            &functions::height(&cloud, [0.0, 0.0, 1.0]).unwrap(),
+            &Choices::default(),
+        );
+        let found = found.unwrap();
+        // Random points leave gaps of their own.
+        (found.loops.len(), !found.minor_loops.is_empty())
+    };
+    // One alone opens the ring of a level, so that nothing parts: two on a level make one loop, which is open where both are.
+    assert_eq!(count(&[(0.0, 0.6), (0.3, 0.6)]), (0, true));
+    assert_eq!(count(&[(0.0, 0.7), (0.2, 0.7), (-0.1, 0.7)]), (0, true));
+    assert_eq!(count(&[(0.0, 2.0), (0.2, 2.0)]).0, 1);
+    assert_eq!(count(&[(0.0, 2.0), (0.2, 2.0), (-0.3, 2.0)]).0, 2);
+}
