@@ -17,7 +17,7 @@ use crate::tree::squared_distance;
 pub(crate) struct Spans {
     /// If it has saddles.
     pub(crate) short: u32,
-    /// If its ends lie apart.
+    /// If its ends lie farther apart than gaps are wide.
     pub(crate) wide: u32,
     /// At any rate.
     pub(crate) long: u32,
@@ -46,8 +46,8 @@ pub(crate) struct Branches<'a, const D: usize> {
 }
 
 impl<const D: usize> Branches<'_, D> {
-    /// Whether a loop from one strip to another has ends [`APART`] or more apart, and saddles there if it is no wide one. `nodes` are the
-    /// pieces of both branches next to each end, as those that they count as one with.
+    /// Whether a loop from one strip to another has saddles as ends, [`APART`] or more apart. Those of a wide one are not asked where they
+    /// lie [`ABOUT`] apart. `nodes` are the pieces of both branches next to each end, as those that they count as one with.
     ///
     /// # Errors
     ///
@@ -64,21 +64,17 @@ impl<const D: usize> Branches<'_, D> {
         });
         let [Some(low), Some(high)] = ends else { return Ok(false) };
         let [p, q] = [low, high].map(|pair| self.between(pair));
-        let apart_mm = APART * self.tau_mm();
-        if squared_distance(&p, &q) < apart_mm * apart_mm {
+        let apart = squared_distance(&p, &q).sqrt() / self.wanted.tau_mm;
+        if apart < APART {
             return Ok(false);
         }
-        if strips[1] - strips[0] >= self.wanted.spans.wide {
+        if apart >= ABOUT && strips[1] - strips[0] >= self.wanted.spans.wide {
             return Ok(true);
         }
         let first = self.first_of(strips[0] + 1);
         let end = self.first_of(strips[1]);
         Ok(self.is_saddle(low, &|node| node >= first)?
             && self.is_saddle(high, &|node| node < end)?)
-    }
-
-    fn tau_mm(&self) -> f64 {
-        self.wanted.tau_mm
     }
 
     /// The first piece of a strip, or of those above.
@@ -106,7 +102,7 @@ impl<const D: usize> Branches<'_, D> {
         beyond: &(dyn Fn(NodeId) -> bool + Sync),
     ) -> Result<bool, CloudError> {
         let all = self.cloud.places();
-        let about_mm = ABOUT * self.tau_mm();
+        let about_mm = ABOUT * self.wanted.tau_mm;
         // A neighbour of a neighbour decides which links there are.
         let reach_mm = about_mm + 2.0 * self.wanted.reach_mm;
         let mut near = vec![a, b];
