@@ -96,29 +96,40 @@ impl RunningGraph {
     ///
     /// More than [`MOST_POINTS`] in a strip.
     pub fn take(&mut self, points: &[PointMm]) -> Result<(), RunningError> {
-        let mut strip = 0;
-        for &at_mm in points {
-            let row = self.received;
-            self.received += 1;
-            if !at_mm.iter().all(|value| value.abs() <= self.reach_mm) {
+        let mut left = points;
+        while let Some(first) = left.first() {
+            let Some(strip) = self.strip_of(first) else {
                 self.outside += 1;
+                self.received += 1;
+                left = &left[1..];
                 continue;
-            }
-            strip = self.strip_of(&at_mm, strip);
-            if self.last.as_ref().is_some_and(|last| strip <= last.closed.strip) {
-                self.late += 1;
-                continue;
-            }
-            let into = self.pending.entry(strip).or_default();
-            if into.rows.len() == MOST_POINTS {
-                return Err(RunningError::Full { strip_mm: self.settings.strip_mm });
-            }
-            into.rows.push(row);
-            into.at_mm.push(at_mm);
-            // The front moves seldom: it is looked for where there are strips behind the newest two.
-            if self.pending.len() > SLACK {
-                self.close_behind();
-            }
+            };
+            // Points that follow one another are mostly of the same strip.
+            let count = left.iter().take_while(|at_mm| self.is_in(at_mm, strip)).count().max(1);
+            let (own, others) = left.split_at(count);
+            self.put(strip, own)?;
+            left = others;
+        }
+        Ok(())
+    }
+
+    /// Puts points into their strip, in the order in which they came.
+    fn put(&mut self, strip: i64, points: &[PointMm]) -> Result<(), RunningError> {
+        let rows = self.received..self.received + points.len() as u64;
+        self.received = rows.end;
+        if self.last.as_ref().is_some_and(|last| strip <= last.closed.strip) {
+            self.late += points.len() as u64;
+            return Ok(());
+        }
+        let into = self.pending.entry(strip).or_default();
+        if into.rows.len() + points.len() > MOST_POINTS {
+            return Err(RunningError::Full { strip_mm: self.settings.strip_mm });
+        }
+        into.rows.extend(rows);
+        into.at_mm.extend_from_slice(points);
+        // The front moves seldom: it is looked for where there are strips behind the newest two.
+        if self.pending.len() > SLACK {
+            self.close_behind();
         }
         Ok(())
     }
@@ -172,21 +183,34 @@ impl RunningGraph {
         self.pending.values().map(|points| points.rows.len()).sum()
     }
 
-    /// The strip of a place, which is often that of the point before.
-    fn strip_of(&self, at_mm: &PointMm, before: i64) -> i64 {
-        let RunningSettings { axis, is_reversed, strip_mm, .. } = self.settings;
-        let value = if is_reversed { -at_mm[axis] } else { at_mm[axis] };
-        let guess = before as f64;
-        if value >= guess * strip_mm && value < (guess + 1.0) * strip_mm {
-            return before;
+    /// How far a place lies along the scan, mm.
+    fn along_mm(&self, at_mm: &PointMm) -> f64 {
+        let RunningSettings { axis, is_reversed, .. } = self.settings;
+        if is_reversed { -at_mm[axis] } else { at_mm[axis] }
+    }
+
+    /// Whether a place lies within reach, and in a strip.
+    fn is_in(&self, at_mm: &PointMm, strip: i64) -> bool {
+        let (along_mm, first, width_mm) =
+            (self.along_mm(at_mm), strip as f64, self.settings.strip_mm);
+        along_mm >= first * width_mm
+            && along_mm < (first + 1.0) * width_mm
+            && at_mm.iter().all(|value| value.abs() <= self.reach_mm)
+    }
+
+    /// The strip of a place; `None` of one beyond reach.
+    fn strip_of(&self, at_mm: &PointMm) -> Option<i64> {
+        if !at_mm.iter().all(|value| value.abs() <= self.reach_mm) {
+            return None;
         }
-        let guess = (value / strip_mm).floor();
+        let (along_mm, width_mm) = (self.along_mm(at_mm), self.settings.strip_mm);
+        let guess = (along_mm / width_mm).floor();
         let strip = match guess {
-            _ if value < guess * strip_mm => guess - 1.0,
-            _ if value >= (guess + 1.0) * strip_mm => guess + 1.0,
+            _ if along_mm < guess * width_mm => guess - 1.0,
+            _ if along_mm >= (guess + 1.0) * width_mm => guess + 1.0,
             _ => guess,
         };
-        strip as i64
+        Some(strip as i64)
     }
 
     /// Closes the strips that lie more than one behind the front. A few points ahead of all others, as spikes are, make no front.

@@ -16,6 +16,8 @@ use crate::tree::squared_distance;
 pub(crate) struct Grid<const D: usize> {
     low: [f64; D],
     side: f64,
+    /// Cells over mm.
+    per_mm: f64,
     /// Square of τ in mm².
     pub(crate) square: f64,
     /// Steps to cells with places that may be nearer than τ: all but the last axis, and how far along the last one.
@@ -36,7 +38,7 @@ pub(crate) struct Slab<const D: usize> {
     /// Where the places of each cell begin, and the end.
     starts: Vec<u32>,
     /// The boxes of the places of each cell, mm.
-    boxes_mm: Vec<BoxMm<D>>,
+    pub(crate) boxes_mm: Vec<BoxMm<D>>,
     /// The piece of each cell.
     pub(crate) pieces: Vec<u32>,
     pub(crate) piece_count: u32,
@@ -53,8 +55,8 @@ impl<const D: usize> Grid<D> {
     /// A grid with a corner of cells at `low`; `None` where the sides of cells vanish.
     pub(crate) fn about(low: [f64; D], tau_mm: f64) -> Option<Grid<D>> {
         // The share that is left off covers what rounding does to the numbers of cells.
-        let side = tau_mm / (D as f64).sqrt() * (1.0 - 1e-6);
-        if side.is_nan() || side <= 0.0 {
+        let side = tau_mm / (D as f64).sqrt() * (1.0 - 2e-6);
+        if side.is_nan() || side <= 0.0 || (1.0 / side).is_infinite() {
             return None;
         }
         let mut rows = vec![([0; D], 0)];
@@ -82,7 +84,7 @@ impl<const D: usize> Grid<D> {
         rows.sort_by_key(|(offset, _)| {
             (offset.iter().map(|step| step * step).sum::<i32>(), *offset)
         });
-        Some(Grid { low, side, square: tau_mm * tau_mm, rows })
+        Some(Grid { low, side, per_mm: 1.0 / side, square: tau_mm * tau_mm, rows })
     }
 
     /// Whether the cell of a place has a number: one below 2³⁰.
@@ -93,7 +95,7 @@ impl<const D: usize> Grid<D> {
 
     fn cell(&self, place: &[f64; D]) -> [i32; D] {
         std::array::from_fn(|axis| {
-            let sides = (place[axis] - self.low[axis]) / self.side;
+            let sides = (place[axis] - self.low[axis]) * self.per_mm;
             // `floor` is a call where a processor need not have it.
             let cut = sides as i32;
             cut - i32::from(f64::from(cut) > sides)
@@ -103,7 +105,7 @@ impl<const D: usize> Grid<D> {
     /// Where a place lies in its cell, in 2⁻³⁶ of its sides. Sums of whole numbers do not depend on their order.
     pub(crate) fn in_cell(&self, place: &[f64; D], cell: &[i32; D]) -> [i64; D] {
         std::array::from_fn(|axis| {
-            let sides = (place[axis] - self.low[axis]) / self.side - f64::from(cell[axis]);
+            let sides = (place[axis] - self.low[axis]) * self.per_mm - f64::from(cell[axis]);
             (sides * FINE) as i64
         })
     }

@@ -1,6 +1,6 @@
 //! A strip when it is closed: its pieces, and the arcs to those of the strip below.
 
-use asphera_geometry::PointMm;
+use asphera_geometry::{PointMm, greater, lesser};
 
 use crate::cloud::PlaceId;
 use crate::slab::{Grid, Slab};
@@ -101,11 +101,12 @@ fn nodes(all: &[PointMm], grid: &Grid<3>, slab: &Slab<3>) -> Vec<RunningNode> {
         let mut sum = [0_i64; 3];
         for place in &places {
             let inside = grid.in_cell(place, cell);
-            for axis in 0..3 {
-                sum[axis] += inside[axis];
-                node.box_mm[0][axis] = node.box_mm[0][axis].min(place[axis]);
-                node.box_mm[1][axis] = node.box_mm[1][axis].max(place[axis]);
-            }
+            (0..3).for_each(|axis| sum[axis] += inside[axis]);
+        }
+        let [low, high] = slab.boxes_mm[at];
+        for axis in 0..3 {
+            node.box_mm[0][axis] = lesser(node.box_mm[0][axis], low[axis]);
+            node.box_mm[1][axis] = greater(node.box_mm[1][axis], high[axis]);
         }
         let count = places.len() as u64;
         let mean = grid.mean(cell, &sum, count);
@@ -128,19 +129,70 @@ fn nodes(all: &[PointMm], grid: &Grid<3>, slab: &Slab<3>) -> Vec<RunningNode> {
 /// The places of the points of a cell, each once.
 fn distinct(all: &[PointMm], points: &[PlaceId], places: &mut Vec<PointMm>) {
     places.clear();
-    let own = points.iter().map(|&point| all[point as usize]);
-    if points.len() > FEW {
-        places.extend(own);
-        places.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
-        places.dedup();
+    places.extend(points.iter().map(|&point| all[point as usize]));
+    if (0..6).any(|at| is_in_rows(places, at / 2, (at / 2 + 1 + at % 2) % 3)) {
         return;
     }
-    for place in own {
-        if !places.contains(&place) {
-            places.push(place);
+    places.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+    places.dedup();
+}
+
+/// Whether places come in rows, as those of a scan do: none goes back along an axis, and those that are as far along it go one way
+/// across. Then no two are equal.
+fn is_in_rows(places: &[PointMm], along: usize, across: usize) -> bool {
+    let [Some(first), Some(last)] = [places.first(), places.last()] else { return true };
+    let ahead = (last[along] - first[along]).signum();
+    let mut aside = 0.0;
+    places.windows(2).all(|pair| {
+        let step = |axis: usize| pair[1][axis] - pair[0][axis];
+        if step(along) != 0.0 {
+            return step(along).signum() == ahead;
+        }
+        if aside == 0.0 {
+            aside = step(across).signum();
+        }
+        step(across) != 0.0 && step(across).signum() == aside
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_each_taken_once_whatever_their_order() {
+        let rows: Vec<PointMm> =
+            (0..20).map(|at| [f64::from(at % 5), f64::from(at / 5), 0.5]).collect();
+        let turn = |of: fn(&PointMm) -> PointMm| rows.iter().map(of).collect::<Vec<_>>();
+        let mut there_and_back = rows.clone();
+        there_and_back[5..10].reverse();
+        let twice = [&rows[..], &rows[7..8]].concat();
+        let mut neighbours = rows.clone();
+        neighbours.insert(8, rows[7]);
+        let clouds = [
+            (rows.clone(), true),
+            (rows.iter().rev().copied().collect(), true),
+            (turn(|[x, y, z]| [-x, *y, *z]), true),
+            (turn(|[x, y, z]| [*y, *z, *x]), true),
+            (turn(|[x, y, z]| [*z, *x, -y]), true),
+            (rows[..1].to_vec(), true),
+            (there_and_back, false),
+            (twice, false),
+            (neighbours, false),
+            (vec![rows[3]; 3], false),
+        ];
+        for (points, is_scan) in clouds {
+            let ways = (0..6).filter(|at| is_in_rows(&points, at / 2, (at / 2 + 1 + at % 2) % 3));
+            assert_eq!(ways.count() > 0, is_scan, "{points:?}");
+            let ids: Vec<PlaceId> = (0..points.len() as PlaceId).collect();
+            let mut found = Vec::new();
+            distinct(&points, &ids, &mut found);
+            let mut expected = points.clone();
+            for list in [&mut found, &mut expected] {
+                list.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap());
+            }
+            expected.dedup();
+            assert_eq!(found, expected);
         }
     }
 }
-
-/// Points of a cell up to which each is held against all.
-const FEW: usize = 32;
