@@ -5,6 +5,7 @@
 //! there (local feature size), or than ρ times the least such distance between the two samples beside it (reach).
 
 mod ball_pivoting;
+mod cocone;
 mod connect2d;
 mod conservative;
 mod crawl;
@@ -30,6 +31,7 @@ mod vision;
 mod voronoi_labelling;
 
 pub use ball_pivoting::{ball_pivoting, pivoting_radii_mm};
+pub use cocone::cocone;
 pub use connect2d::{connect2d, sig_connect2d};
 pub use conservative::conservative_crust;
 pub use crawl::crawl;

@@ -9,10 +9,10 @@ use thiserror::Error;
 pub use self::parameters::{Parameter, Parameters};
 use crate::curves::{
     MOST_FOR_EXCHANGE, MOST_FOR_MATCHING, MOST_FOR_TOUR, MovedCurve, Transport, ball_pivoting,
-    connect2d, conservative_crust, crawl, crust, discur, edge_exchange, emst_curve, fit_connect,
-    gathan, gathan_g, hiyoshi, hnn_crust, lee, lee_reach_mm, lenz, nn_crust, one_sided_hnn_crust,
-    one_step_curve, optimal_transport, peel, pivoting_radii_mm, regular_shape, sig_connect2d,
-    stretch_denoise, transport_tolerance_mm, tsp, vicur, voronoi_labelling,
+    cocone, connect2d, conservative_crust, crawl, crust, discur, edge_exchange, emst_curve,
+    fit_connect, gathan, gathan_g, hiyoshi, hnn_crust, lee, lee_reach_mm, lenz, nn_crust,
+    one_sided_hnn_crust, one_step_curve, optimal_transport, peel, pivoting_radii_mm, regular_shape,
+    sig_connect2d, stretch_denoise, transport_tolerance_mm, tsp, vicur, voronoi_labelling,
 };
 use crate::graphs::{
     MOST_FOR_PAIRS, bc0, beta_skeleton, delaunay, emst, gabriel, gamma_neighbourhood,
@@ -64,6 +64,8 @@ pub enum Method {
     HnnCrust,
     /// [`conservative_crust`].
     ConservativeCrust,
+    /// [`cocone`].
+    Cocone,
     /// [`crawl`].
     Crawl,
     /// [`voronoi_labelling`].
@@ -418,6 +420,7 @@ impl Method {
             }
             Method::HnnCrust => hnn_crust(triangulation.samples()),
             Method::ConservativeCrust => conservative_crust(triangulation, value("rho")),
+            Method::Cocone => cocone(triangulation),
             Method::Crawl => crawl(triangulation),
             Method::VoronoiLabelling => voronoi_labelling(triangulation),
             Method::Peel => peel(triangulation, value("delta")),

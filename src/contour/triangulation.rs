@@ -12,6 +12,7 @@ use asphera_geometry::{WeightedTree, from_smallest};
 use asphera_mesh::Mesh;
 use rayon::prelude::*;
 
+pub(crate) use self::fan::Fan;
 use self::lengths::Lengths;
 use crate::cells::in_cells;
 use crate::samples::{PlaceMm, SampleId, Samples};

@@ -2,7 +2,7 @@
 
 use super::regular::angle_rad;
 use crate::samples::PlaceMm;
-use crate::triangulation::{EdgeId, distance_mm};
+use crate::triangulation::{EdgeId, Fan, distance_mm};
 use crate::{Graph, SampleId, Triangulation};
 
 /// Gathan: edges along the tangents of the samples, and edges that meet in corners.
@@ -109,17 +109,7 @@ pub(super) fn normal(triangulation: &Triangulation, sample: SampleId) -> PlaceMm
     let at = triangulation.place(sample);
     let is_on_hull = fan.sectors.contains(&None);
     if is_on_hull {
-        let [Some(&first), Some(&last)] = [fan.edges.first(), fan.edges.last()] else {
-            return [0.0; 2];
-        };
-        let sides = [first, last].map(|edge| {
-            let [p, q] = triangulation.ends_mm(edge);
-            let other = if p == at { q } else { p };
-            let length_mm = distance_mm(at, other);
-            [(other[0] - at[0]) / length_mm, (other[1] - at[1]) / length_mm]
-        });
-        // Outwards is right of the first hull side, which has the triangles on its left, and left of the last.
-        return [sides[0][1] - sides[1][1], sides[1][0] - sides[0][0]];
+        return normal_of_hull(triangulation, at, &fan);
     }
     let centres = triangulation.centres_mm();
     let corners = fan.sectors.iter().flatten().map(|&triangle| centres[triangle as usize]);
@@ -128,6 +118,21 @@ pub(super) fn normal(triangulation: &Triangulation, sample: SampleId) -> PlaceMm
         if distance_mm > best.0 { (distance_mm, corner) } else { best }
     });
     [farthest.1[0] - at[0], farthest.1[1] - at[1]]
+}
+
+/// The mean of the outward normals of the hull at a place on it.
+pub(super) fn normal_of_hull(triangulation: &Triangulation, at: PlaceMm, fan: &Fan) -> PlaceMm {
+    let [Some(&first), Some(&last)] = [fan.edges.first(), fan.edges.last()] else {
+        return [0.0; 2];
+    };
+    let sides = [first, last].map(|edge| {
+        let [p, q] = triangulation.ends_mm(edge);
+        let other = if p == at { q } else { p };
+        let length_mm = distance_mm(at, other);
+        [(other[0] - at[0]) / length_mm, (other[1] - at[1]) / length_mm]
+    });
+    // Outwards is right of the first hull side, which has the triangles on its left, and left of the last.
+    [sides[0][1] - sides[1][1], sides[1][0] - sides[0][0]]
 }
 
 /// Length of the Voronoi edge of an edge in mm; infinite on the hull.

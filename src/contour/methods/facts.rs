@@ -60,6 +60,11 @@ fn of_curve(method: &Method) -> Facts {
             "no edge without a reason in the samples (no bound stated)",
             "Dey, Mehlhorn, Ramos 2000; text not at hand",
         ),
+        Method::Cocone => (
+            "cocone",
+            "smooth closed curves, ε < 0.05 (stated of surfaces)",
+            "Amenta, Choi, Dey, Leekha 2002, in the plane; text not at hand, thinning is our choice",
+        ),
         Method::Crawl => ("crawl", "none", "Parakkat, Muthuganapathy 2016, as its public program"),
         Method::VoronoiLabelling => (
             "voronoi-labelling",

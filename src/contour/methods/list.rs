@@ -5,7 +5,7 @@ use crate::Condition;
 
 impl Method {
     /// All methods: graphs first, then curves, then regions.
-    pub const ALL: [Method; 50] = [
+    pub const ALL: [Method; 51] = [
         Method::Delaunay,
         Method::Emst,
         Method::Rng,
@@ -22,6 +22,7 @@ impl Method {
         Method::NnCrust,
         Method::HnnCrust,
         Method::ConservativeCrust,
+        Method::Cocone,
         Method::Crawl,
         Method::VoronoiLabelling,
         Method::Peel,
@@ -104,6 +105,7 @@ impl Method {
         Some(match self {
             Method::Crust => Condition { epsilon: Some(0.252), ..none },
             Method::NnCrust => Condition { epsilon: Some(1.0 / 3.0), ..none },
+            Method::Cocone => Condition { epsilon: Some(0.05), ..none },
             Method::HnnCrust => Condition { rho: Some(0.9), ..none },
             Method::Hiyoshi => {
                 Condition { epsilon: Some(1.0 / 3.0), uniformity: Some(1.46), ..none }

@@ -72,7 +72,10 @@ fn four_on_one_circle_and_lattices() {
             "emst" => assert_eq!(edges.len(), 399),
             _ => {}
         }
-        if matches!(method, Method::Rng | Method::Emst | Method::Peel | Method::NnCrust) {
+        if matches!(
+            method,
+            Method::Rng | Method::Emst | Method::Peel | Method::NnCrust | Method::Cocone
+        ) {
             assert!(edges.iter().all(is_step), "{}", method.name());
         }
     });

@@ -2,7 +2,7 @@
 //!
 //! `ASPHERA_LONG=1` tries a thousand of each instead of forty, `ASPHERA_CURVES` another number.
 
-use asphera_contour::curves::{crust, hnn_crust, nn_crust, one_step_crust};
+use asphera_contour::curves::{cocone, crust, hnn_crust, nn_crust, one_step_crust};
 use asphera_contour::{Graph, Triangulation};
 
 use crate::places::{Random, by_row, closed, triangulation};
@@ -16,12 +16,22 @@ fn count() -> usize {
     std::env::var("ASPHERA_CURVES").ok().and_then(|text| text.parse().ok()).unwrap_or(many)
 }
 
-#[expect(clippy::print_stdout, reason = "how many curves were tried, of how many samples")]
 fn all_right(name: &str, condition: Condition, method: impl Fn(&Triangulation) -> Graph) {
+    all_right_of(name, condition, 600, method);
+}
+
+/// As [`all_right`], of curves that are so many places.
+#[expect(clippy::print_stdout, reason = "how many curves were tried, of how many samples")]
+fn all_right_of(
+    name: &str,
+    condition: Condition,
+    places: usize,
+    method: impl Fn(&Triangulation) -> Graph,
+) {
     let mut random = Random::new(7);
     let (mut tried, mut samples, mut wrong) = (0, 0, 0);
     while tried < count() {
-        let curve = Curve::random(&mut random, 600);
+        let curve = Curve::random(&mut random, places);
         let Some(points) = curve.samples(condition, &mut random) else { continue };
         let set = triangulation(&points);
         wrong += usize::from(by_row(&method(&set), &set) != closed(points.len()));
@@ -50,6 +60,18 @@ fn hnn_crust_at_rho_nine_tenths() {
 #[test]
 fn hnn_crust_at_epsilon_047() {
     all_right("hnn-crust", Condition::Epsilon(0.47 * SAFETY), |set| hnn_crust(set.samples()));
+}
+
+#[test]
+fn cocone_at_epsilon_a_twentieth() {
+    // So small an ε needs places closer together.
+    all_right_of("cocone", Condition::Epsilon(0.05 * SAFETY), 4_000, cocone);
+}
+
+#[test]
+fn cocone_far_above_its_epsilon() {
+    // Not proven, and right here.
+    all_right("cocone", Condition::Epsilon(0.252 * SAFETY), cocone);
 }
 
 #[test]

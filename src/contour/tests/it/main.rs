@@ -6,6 +6,7 @@ mod airfoils;
 mod authors;
 mod benchmark;
 mod choice;
+mod cocone;
 mod compare;
 mod corners;
 mod curves;

@@ -6,7 +6,7 @@ use std::io::Write as _;
 use std::process::{Command, Stdio};
 
 use asphera_contour::benchmark::{Distribution, Shape};
-use asphera_contour::curves::crust;
+use asphera_contour::curves::{cocone, crust};
 use asphera_contour::graphs::{delaunay, emst, gabriel};
 use asphera_contour::regions::alpha_shape;
 use asphera_contour::{Method, PlaceMm};
@@ -37,6 +37,37 @@ near = cKDTree(p).query((p[dt[:, 0]] + p[dt[:, 1]]) / 2)[0]
 show(dt[near >= w / 2 * (1 - 1e-12)])
 both = edges(Delaunay(np.vstack([p, Voronoi(p).vertices])))
 show(both[(both < n).all(axis=1)])
+v = Voronoi(p)
+middle = p.mean(axis=0)
+rays, sides = [[] for _ in p], []
+for (a, b), (s, e) in zip(v.ridge_points, v.ridge_vertices):
+    if min(s, e) < 0:
+        way = np.array([p[b][1] - p[a][1], p[a][0] - p[b][0]])
+        way *= np.sign(way @ (p[a] + p[b] - 2 * middle)) / np.linalg.norm(way)
+        rays[a].append(way); rays[b].append(way)
+        sides.append((a, b, v.vertices[max(s, e)], way, True))
+    else:
+        sides.append((a, b, v.vertices[s], v.vertices[e], False))
+def pole(i):
+    if rays[i]:
+        return sum(rays[i])
+    ways = v.vertices[v.regions[v.point_region[i]]] - p[i]
+    return ways[np.argmax((ways ** 2).sum(axis=1))]
+poles = [pole(i) for i in range(n)]
+def meets(i, first, last, is_ray):
+    ways = [first - p[i], last if is_ray else last - p[i]]
+    cos = [w @ poles[i] / np.linalg.norm(w) / np.linalg.norm(poles[i]) for w in ways]
+    off = [abs(c) > np.cos(3 * np.pi / 8) for c in cos]
+    return not (all(off) and cos[0] * cos[1] > 0)
+best = {}
+for a, b, *side in sides:
+    if meets(a, *side) and meets(b, *side):
+        for i, j in ((a, b), (b, a)):
+            way = p[j] - p[i]
+            key = (i, poles[i][0] * way[1] > poles[i][1] * way[0])
+            best[key] = min(best.get(key, (9e9, -1)), (way @ way, j))
+kept = {(i, j) for (i, _), (_, j) in best.items()}
+show((i, j) for i, j in kept if i < j and (j, i) in kept)
 ";
 
 /// Reads α, then points from stdin; writes area, perimeter, parts and holes of the union of all triangles of circles up to α.
@@ -130,7 +161,7 @@ fn scipy_gives_the_same_graphs() {
             return;
         };
         let set = triangulation(&points);
-        let ours = [delaunay(&set), emst(&set), gabriel(&set), crust(&set)];
+        let ours = [delaunay(&set), emst(&set), gabriel(&set), crust(&set), cocone(&set)];
         assert_eq!(output.lines().count(), ours.len());
         for (line, graph) in output.lines().zip(ours) {
             let numbers: Vec<u32> = line.split(' ').map(|word| word.parse().unwrap()).collect();
