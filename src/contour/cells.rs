@@ -141,7 +141,30 @@ fn squared_gap(a: &BoundsMm, b: &BoundsMm) -> f64 {
 
 /// The samples along the curve through the cells; n·log n time.
 pub(crate) fn in_cells(samples: &Samples) -> Vec<SampleId> {
-    cut(samples).0
+    let mut entries: Vec<Entry> = (0..samples.len() as Entry).collect();
+    if !entries.is_empty() {
+        give_keys(&mut entries, samples.places());
+        sort_by_key(&mut entries);
+        refine(&mut entries, samples.places());
+    }
+    entries.into_iter().map(number).collect()
+}
+
+/// Orders sorted entries that share a cell, where they are more than a run may have.
+fn refine(entries: &mut [Entry], places: &[PlaceMm]) {
+    let cells = entries.chunk_by_mut(|&a, &b| key(a) == key(b));
+    for cell in cells.filter(|cell| cell.len() > LEAF) {
+        divide(cell, places);
+        refine(cell, places);
+    }
+}
+
+/// Gives the entries of a cell keys by a square of their own, and sorts them.
+///
+/// Each sample is a place of its own, so they do not share a cell of that square.
+fn divide(entries: &mut [Entry], places: &[PlaceMm]) {
+    give_keys(entries, places);
+    entries.sort_unstable();
 }
 
 /// The samples along the curve, and the tree over them.
@@ -180,9 +203,8 @@ fn split(entries: &mut [Entry], first: usize, places: &[PlaceMm], nodes: &mut Ve
         bounds = BoundsMm::about(entries.iter().map(|&it| places[number(it) as usize]));
     } else {
         if key(entries[0]) == key(entries[entries.len() - 1]) {
-            // One cell of the square above. Each sample is a place of its own, so they do not share a cell of their own square.
-            give_keys(entries, places);
-            entries.sort_unstable();
+            // One cell of the square above.
+            divide(entries, places);
         }
         let bit = 1 << (key(entries[0]) ^ key(entries[entries.len() - 1])).ilog2();
         let cut = entries.partition_point(|&entry| key(entry) & bit == 0);
@@ -195,4 +217,23 @@ fn split(entries: &mut [Entry], first: usize, places: &[PlaceMm], nodes: &mut Ve
     }
     nodes[node].bounds = bounds;
     nodes[node].next = nodes.len() as u32;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_order_without_a_tree_is_that_of_its_leaves() {
+        for count in [0, 1, 5, 13, 400, 3_000_u32] {
+            // Every second one lies in a spot that is one cell of the whole.
+            let places: Vec<PlaceMm> = (0..count)
+                .map(|at| [at.wrapping_mul(0x9E37_79B9), at.wrapping_mul(0x85EB_CA6B)])
+                .zip(0..)
+                .map(|(at, index)| at.map(|it| f64::from(it) * [1.0, 1e-9][index % 2]))
+                .collect();
+            let samples = Samples::new(&places).expect("finite places");
+            assert_eq!(in_cells(&samples), cut(&samples).0);
+        }
+    }
 }

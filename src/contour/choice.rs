@@ -235,7 +235,7 @@ fn inner_share(triangulation: &Triangulation) -> f64 {
             corners.iter().for_each(|&corner| is_inner[corner as usize] = false);
         }
     }
-    for edge in triangulation.edges().iter().filter(|edge| edge.triangles.contains(&None)) {
+    for edge in triangulation.edges().iter().filter(|edge| edge.triangles().contains(&None)) {
         edge.ends.iter().for_each(|&end| is_inner[end as usize] = false);
     }
     let inner = is_inner.iter().filter(|is_inner| **is_inner).count();

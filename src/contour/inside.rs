@@ -53,7 +53,7 @@ impl Inside {
 
     /// Whether an edge parts inside from outside.
     pub(crate) fn is_border(&self, triangulation: &Triangulation, edge: EdgeId) -> bool {
-        let [left, right] = triangulation.edges()[edge as usize].triangles;
+        let [left, right] = triangulation.edges()[edge as usize].triangles();
         self.holds(left) != self.holds(right)
     }
 }
@@ -76,7 +76,7 @@ fn levels(triangulation: &Triangulation, walls: &[bool]) -> Vec<u32> {
     };
     let mut hull = Vec::new();
     for (edge, is_wall) in triangulation.edges().iter().zip(walls) {
-        if let [Some(triangle), None] | [None, Some(triangle)] = edge.triangles {
+        if let [Some(triangle), None] | [None, Some(triangle)] = edge.triangles() {
             hull.push((*is_wall, triangle));
         }
     }

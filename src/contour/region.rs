@@ -45,7 +45,7 @@ impl Region {
     pub(crate) fn labelled(triangulation: &Triangulation, labels: &[u32]) -> Region {
         let label = |triangle: Option<TriangleId>| label_of(labels, triangle);
         let border = Graph::of_edges(triangulation, |edge| {
-            let [left, right] = triangulation.edges()[edge as usize].triangles;
+            let [left, right] = triangulation.edges()[edge as usize].triangles();
             label(left) != label(right)
         });
         Region::new(triangulation, labels, border)
@@ -210,7 +210,7 @@ fn numbered(triangulation: &Triangulation, labels: &[u32]) -> (Vec<Option<u32>>,
     let mut sets = Sets::new(labels.len());
     // Edges in their order meet triangles near one another, which a walk from triangle to triangle would not.
     for edge in triangulation.edges() {
-        if let [Some(left), Some(right)] = edge.triangles.map(|it| it.map(|it| it as usize))
+        if let [Some(left), Some(right)] = edge.triangles().map(|it| it.map(|it| it as usize))
             && labels[left] != 0
             && labels[left] == labels[right]
         {
@@ -241,9 +241,10 @@ fn rings(triangulation: &Triangulation, labels: &[u32]) -> Vec<(TriangleId, Vec<
     let mut is_done = vec![[false; 2]; triangulation.edges().len()];
     let mut rings = Vec::new();
     let sides = triangulation.edges().iter().enumerate();
-    let borders = sides.filter(|(_, side)| label(side.triangles[0]) != label(side.triangles[1]));
+    let borders =
+        sides.filter(|(_, side)| label(side.triangles()[0]) != label(side.triangles()[1]));
     for (first, half) in borders.flat_map(|(edge, _)| [(edge, 0), (edge, 1)]) {
-        let triangles = triangulation.edges()[first].triangles;
+        let triangles = triangulation.edges()[first].triangles();
         let here = label(triangles[half]);
         let Some(beside) = triangles[half].filter(|_| here > 0) else { continue };
         if is_done[first][half] {
@@ -252,7 +253,7 @@ fn rings(triangulation: &Triangulation, labels: &[u32]) -> Vec<(TriangleId, Vec<
         let mut ring = Vec::new();
         let (mut triangle, mut edge) = (beside, first as EdgeId);
         loop {
-            let is_right = triangulation.edges()[edge as usize].triangles[1] == Some(triangle);
+            let is_right = triangulation.edges()[edge as usize].triangles()[1] == Some(triangle);
             is_done[edge as usize][usize::from(is_right)] = true;
             let sides = triangulation.sides(triangle);
             let mut next = (sides.iter().position(|&side| side == edge).unwrap_or(0) + 1) % 3;
@@ -266,7 +267,7 @@ fn rings(triangulation: &Triangulation, labels: &[u32]) -> Vec<(TriangleId, Vec<
                 next = corners.iter().position(|&other| other == corner).unwrap_or(0);
             }
             edge = triangulation.sides(triangle)[next];
-            let is_right = triangulation.edges()[edge as usize].triangles[1] == Some(triangle);
+            let is_right = triangulation.edges()[edge as usize].triangles()[1] == Some(triangle);
             if edge as usize == first && usize::from(is_right) == half {
                 break;
             }

@@ -111,7 +111,7 @@ fn strokes(
     let label = |triangle: Option<u32>| triangle.map_or(Some(0), |it| of_triangles[it as usize]);
     let listed_mm = closing_gap_mm(triangulation).map_or(f64::INFINITY, |gap_mm| 0.5 * gap_mm);
     let is_gap = |&edge: &EdgeId| {
-        let [left, right] = triangulation.edges()[edge as usize].triangles.map(label);
+        let [left, right] = triangulation.edges()[edge as usize].triangles().map(label);
         left.is_some()
             && right.is_some()
             && left != right

@@ -28,8 +28,19 @@ pub type TriangleId = u32;
 pub struct Edge {
     /// Its ends, the smaller number first.
     pub ends: [SampleId; 2],
+    /// As [`Edge::triangles`], with [`BEYOND`] for none: half as large as options, and there are three edges a sample.
+    triangles: [TriangleId; 2],
+}
+
+/// No triangle has this number: there are fewer.
+const BEYOND: TriangleId = TriangleId::MAX;
+
+impl Edge {
     /// The triangle on the left of the way from the first end to the second, and that on the right; none beyond the hull.
-    pub triangles: [Option<TriangleId>; 2],
+    #[inline]
+    pub fn triangles(&self) -> [Option<TriangleId>; 2] {
+        self.triangles.map(|triangle| (triangle != BEYOND).then_some(triangle))
+    }
 }
 
 /// The Delaunay triangulation of samples, with what its edges and vertices meet.
@@ -64,8 +75,8 @@ impl Triangulation {
     /// The triangulation of samples; n·log n time.
     pub fn new(samples: Samples) -> Triangulation {
         let triangles = triangles(&samples);
-        let (edges, sides) = edges::edges(samples.len(), &triangles);
-        let (first_spoke, spokes) = edges::spokes(samples.len(), &edges);
+        let (edges, sides, room) = edges::edges(samples.len(), &triangles);
+        let (first_spoke, spokes) = edges::spokes(samples.len(), &edges, room);
         Triangulation {
             samples,
             triangles,
@@ -130,8 +141,9 @@ impl Triangulation {
 
     /// The corners opposite an edge, on its left and on its right; none beyond the hull.
     pub fn opposite(&self, edge: EdgeId) -> [Option<SampleId>; 2] {
-        let Edge { ends, triangles } = self.edges[edge as usize];
-        triangles.map(|triangle| {
+        let edge = self.edges[edge as usize];
+        let ends = edge.ends;
+        edge.triangles().map(|triangle| {
             let corners = self.triangles[triangle? as usize];
             corners.into_iter().find(|corner| !ends.contains(corner))
         })
@@ -252,7 +264,10 @@ pub(crate) fn unsorted_triangles(samples: &Samples) -> Vec<[SampleId; 3]> {
     let triangles = chunks.flat_map(|chunk| mesh.triangles_of(chunk));
     let numbered =
         triangles.map(|corners| from_smallest(corners.map(|vertex| order[vertex as usize])));
-    numbered.collect()
+    // There are fewer than two a sample.
+    let mut found = Vec::with_capacity(2 * samples.len());
+    found.extend(numbered);
+    found
 }
 
 /// Distance of two places in mm.

@@ -3,7 +3,7 @@
 use asphera_geometry::predicates::{compare_circumradius, compare_distances, scalar_product};
 
 use crate::graphs::spanning;
-use crate::triangulation::{Edge, EdgeId};
+use crate::triangulation::EdgeId;
 use crate::{Graph, SampleId, Triangulation};
 
 /// The edges that discs roll over, each through its ends and with no sample within.
@@ -85,7 +85,8 @@ impl Ball {
                 compare_circumradius(places, radius_mm).is_gt()
             })
             .collect();
-        let touches = (0..).zip(triangulation.edges()).map(|(id, &Edge { ends, triangles })| {
+        let touches = (0..).zip(triangulation.edges()).map(|(id, edge)| {
+            let (ends, triangles) = (edge.ends, edge.triangles());
             let [p, q] = ends.map(|end| triangulation.place(end));
             if compare_distances(p, q, [2.0 * radius_mm, 0.0], [0.0; 2]).is_gt() {
                 return [false; 2];

@@ -6,7 +6,7 @@ use asphera_geometry::predicates::{compare_distances, estimated_orientation, in_
 use rayon::prelude::*;
 
 use super::gathan::normal_of_hull;
-use crate::triangulation::{Edge, EdgeId, TriangleId};
+use crate::triangulation::{EdgeId, TriangleId};
 use crate::{Graph, PlaceMm, SampleId, Triangulation};
 
 /// Cocone: edges whose Voronoi edge meets the cocone of both ends, thinned to a curve.
@@ -90,13 +90,14 @@ fn way_to_pole(triangulation: &Triangulation, sample: SampleId) -> PlaceMm {
 ///
 /// Both halves of what lies outside the cocone are convex: an edge misses it where both its ends lie in one of them.
 fn meets(triangulation: &Triangulation, edge: EdgeId, sample: SampleId, pole: PlaceMm) -> bool {
-    let Edge { ends: [p, q], triangles } = triangulation.edges()[edge as usize];
+    let edge = triangulation.edges()[edge as usize];
+    let (ends, triangles) = (edge.ends, edge.triangles());
     let half_at = |side: usize| {
         let way = match triangles[side] {
             Some(triangle) => way_to_vertex(triangulation, sample, triangle),
             None => {
                 // A ray, whose far end lies in its direction: left of the edge or right of it.
-                let ends = [p, q].map(|end| triangulation.place(end));
+                let ends = ends.map(|end| triangulation.place(end));
                 let [from, to] = if side == 0 { ends } else { [ends[1], ends[0]] };
                 [from[1] - to[1], to[0] - from[0]]
             }
@@ -150,7 +151,7 @@ fn endless_way(triangulation: &Triangulation, triangle: TriangleId) -> PlaceMm {
 
 /// Whether the Voronoi edge of an edge is a point: both triangles beside it have one circle, and either diagonal would do.
 fn is_point(triangulation: &Triangulation, edge: EdgeId) -> bool {
-    let Edge { triangles, .. } = triangulation.edges()[edge as usize];
+    let triangles = triangulation.edges()[edge as usize].triangles();
     let ([Some(left), Some(_)], [_, Some(apex)]) = (triangles, triangulation.opposite(edge)) else {
         return false;
     };

@@ -44,11 +44,14 @@ pub fn gathan(triangulation: &Triangulation, alpha_deg: f64, rho: f64) -> Graph 
         .collect();
     let mut curve = Curve::new(triangulation);
     for wanted in [2, 1] {
-        for &edge in triangulation.by_length() {
+        let all = (0..).zip(&agreements);
+        let edges = all.filter(|(_, agreement)| agreement.count_ones() == wanted);
+        let mut edges: Vec<EdgeId> = edges.map(|(edge, _)| edge).collect();
+        // What finds a full sample now does so in its turn.
+        edges.retain(|&edge| triangulation.ends(edge).iter().all(|&end| curve.has_room(end)));
+        for edge in triangulation.sorted_by_length(&edges) {
             let agreement = agreements[edge as usize];
-            if agreement.count_ones() == wanted {
-                curve.offer(triangulation.ends(edge), [1, 2].map(|bit| agreement & bit > 0));
-            }
+            curve.offer(triangulation.ends(edge), [1, 2].map(|bit| agreement & bit > 0));
         }
     }
     curve.graph()
@@ -69,6 +72,11 @@ impl<'a> Curve<'a> {
     /// The ends of the edges at a sample.
     pub(super) fn others(&self, sample: SampleId) -> [Option<SampleId>; 2] {
         self.others[sample as usize]
+    }
+
+    /// Whether a sample has fewer than two edges.
+    pub(super) fn has_room(&self, sample: SampleId) -> bool {
+        self.others[sample as usize][1].is_none()
     }
 
     /// Takes an edge if both its ends allow it.
@@ -138,7 +146,7 @@ pub(super) fn normal_of_hull(triangulation: &Triangulation, at: PlaceMm, fan: &F
 /// Length of the Voronoi edge of an edge in mm; infinite on the hull.
 pub(super) fn dual_mm(triangulation: &Triangulation, edge: EdgeId) -> f64 {
     let centres = triangulation.centres_mm();
-    match triangulation.edges()[edge as usize].triangles {
+    match triangulation.edges()[edge as usize].triangles() {
         [Some(left), Some(right)] => distance_mm(centres[left as usize], centres[right as usize]),
         _ => f64::INFINITY,
     }

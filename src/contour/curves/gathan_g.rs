@@ -49,9 +49,15 @@ pub fn gathan_g(triangulation: &Triangulation, alpha_deg: f64, rho: f64) -> Grap
             is_candidate(edge).then(|| [by(1), by(2)])
         })
         .collect();
-    let candidates = || {
-        let by_length = triangulation.by_length().iter();
-        by_length.filter_map(|&edge| Some((edge, agreements[edge as usize]?)))
+    // Candidates between samples with room by length: what finds a full sample now does so in its turn.
+    let candidates = |curve: &Curve, is_wanted: &dyn Fn([[bool; 2]; 2]) -> bool| {
+        let all = (0..).zip(&agreements);
+        let wanted = all.filter(|(_, by)| by.is_some_and(is_wanted)).map(|(edge, _)| edge);
+        let ends_have_room =
+            |edge: &EdgeId| triangulation.ends(*edge).iter().all(|&end| curve.has_room(end));
+        let edges: Vec<EdgeId> = wanted.filter(ends_have_room).collect();
+        let sorted = triangulation.sorted_by_length(&edges).into_iter();
+        sorted.filter_map(|edge| Some((edge, agreements[edge as usize]?)))
     };
     let is_even = |curve: &Curve, edge: EdgeId| {
         let ends = triangulation.ends(edge).into_iter();
@@ -60,8 +66,8 @@ pub fn gathan_g(triangulation: &Triangulation, alpha_deg: f64, rho: f64) -> Grap
         most_mm.fold(f64::INFINITY, f64::min) >= triangulation.length_mm(edge)
     };
     let mut curve = Curve::new(triangulation);
-    for (edge, [by_one, _]) in candidates() {
-        if by_one == [true; 2] && is_even(&curve, edge) {
+    for (edge, _) in candidates(&curve, &|[by_one, _]| by_one == [true; 2]) {
+        if is_even(&curve, edge) {
             curve.offer(triangulation.ends(edge), [true; 2]);
         }
     }
@@ -69,10 +75,8 @@ pub fn gathan_g(triangulation: &Triangulation, alpha_deg: f64, rho: f64) -> Grap
         .map(|sample| curve.others(sample) != [None; 2])
         .collect();
     for wanted in [1, 2, 0] {
-        for (edge, by) in candidates() {
-            if wanted > 0 && by[wanted - 1] == [false; 2] {
-                continue;
-            }
+        let is_wanted = |by: [[bool; 2]; 2]| wanted == 0 || by[wanted - 1] != [false; 2];
+        for (edge, by) in candidates(&curve, &is_wanted) {
             let ends = triangulation.ends(edge);
             // One sample at most lies between two pieces.
             let touches = ends.into_iter().any(|end| is_smooth[end as usize]);

@@ -26,7 +26,7 @@ pub fn one_step_crust(triangulation: &Triangulation) -> OneStep {
     let skeleton_mm = (0..)
         .zip(triangulation.edges())
         .filter_map(|(id, edge)| {
-            let [left, right] = edge.triangles;
+            let [left, right] = edge.triangles();
             let ends = [left?, right?].map(|triangle| centres[triangle as usize]);
             (ends[0] != ends[1] && !is_crust(triangulation, id)).then_some(ends)
         })

@@ -4,7 +4,7 @@ mod chains;
 
 use self::chains::Chains;
 use super::regular::angle_rad;
-use crate::triangulation::distance_mm;
+use crate::triangulation::{EdgeId, distance_mm};
 use crate::{Graph, SampleId, Triangulation};
 
 /// DISCUR: Delaunay edges, shortest first, again and again until none is added, each between samples with fewer than two
@@ -91,23 +91,34 @@ fn grown(
     joins: impl Fn(&Chains, SampleId, SampleId) -> bool,
 ) -> Graph {
     let mut chains = Chains::new(triangulation);
-    let mut open: Vec<[SampleId; 2]> =
-        triangulation.by_length().iter().map(|&edge| triangulation.ends(edge)).collect();
-    loop {
-        let before = open.len();
-        open.retain(|&[p, q]| {
-            if chains.degree(p) == 2 || chains.degree(q) == 2 {
-                return false;
-            }
-            let is_taken = joins(&chains, p, q);
-            if is_taken {
-                chains.join(p, q);
-            }
-            !is_taken
-        });
-        // Edges between full samples go in silence; what counts is that a round neither adds nor drops any.
-        if open.len() == before {
-            return chains.graph();
+    let offer = |chains: &mut Chains, [p, q]: [SampleId; 2]| {
+        if chains.degree(p) == 2 || chains.degree(q) == 2 {
+            return false;
         }
+        let is_taken = joins(chains, p, q);
+        if is_taken {
+            chains.join(p, q);
+        }
+        !is_taken
+    };
+    // Most samples are full after the shortest edges. Of the others only those between two that are not need an order.
+    let count = triangulation.len();
+    let [short, mut long] = triangulation.parted_by_length(count + count / 4);
+    let mut open: Vec<[SampleId; 2]> = Vec::new();
+    let mut first_round = |chains: &mut Chains, edges: &[EdgeId]| {
+        // All ends are fetched at once: one by one each would wait for memory.
+        let sorted = triangulation.sorted_by_length(edges).into_iter();
+        let ends: Vec<[SampleId; 2]> = sorted.map(|edge| triangulation.ends(edge)).collect();
+        open.extend(ends.into_iter().filter(|&ends| offer(chains, ends)));
+    };
+    first_round(&mut chains, &short);
+    long.retain(|&edge| triangulation.ends(edge).iter().all(|&end| chains.degree(end) < 2));
+    first_round(&mut chains, &long);
+    let mut before = triangulation.edges().len();
+    // Edges between full samples go in silence; what counts is that a round neither adds nor drops any.
+    while open.len() != before {
+        before = open.len();
+        open.retain(|&ends| offer(&mut chains, ends));
     }
+    chains.graph()
 }

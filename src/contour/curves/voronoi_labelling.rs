@@ -45,7 +45,7 @@ pub fn voronoi_labelling(triangulation: &Triangulation) -> Graph {
     // On one line there is nothing inside, and the samples that follow each other are joined.
     let is_line = centres.is_empty();
     Graph::of_edges(triangulation, |edge| {
-        let [left, right] = triangulation.edges()[edge as usize].triangles.map(is_outside);
+        let [left, right] = triangulation.edges()[edge as usize].triangles().map(is_outside);
         is_line || left != right
     })
 }

@@ -1,5 +1,6 @@
 //! The Euclidean minimum spanning tree.
 
+use crate::triangulation::EdgeId;
 use crate::{Graph, Triangulation};
 
 /// The Euclidean minimum spanning tree of the samples.
@@ -15,22 +16,36 @@ pub fn emst(triangulation: &Triangulation) -> Graph {
 
 /// Whether each edge of the triangulation belongs to the tree.
 pub(crate) fn spanning(triangulation: &Triangulation) -> Vec<bool> {
-    let mut sets = Sets::new(triangulation.len());
+    let count = triangulation.len();
     let mut in_tree = vec![false; triangulation.edges().len()];
-    let mut parts = triangulation.len();
-    // Ends are fetched some dozens at a time, so that memory is waited for once.
-    for run in triangulation.by_length().chunks(RUN) {
-        let mut ends = [[0; 2]; RUN];
-        for (ends, &edge) in ends.iter_mut().zip(run) {
-            *ends = triangulation.ends(edge);
+    let mut sets = asphera_geometry::Sets::new(count);
+    let mut parts = count;
+    // Most of the tree are short edges. Of the others only those between two parts need an order (V. Osipov, P. Sanders, J. Singler,
+    // ALENEX 2009, 52-61).
+    let [short, mut long] = triangulation.parted_by_length(count + count / 4);
+    let mut take = |sets: &mut asphera_geometry::Sets, edges: &[EdgeId]| {
+        // Ends are fetched some dozens at a time, so that memory is waited for once.
+        for run in triangulation.sorted_by_length(edges).chunks(RUN) {
+            let mut ends = [[0; 2]; RUN];
+            for (ends, &edge) in ends.iter_mut().zip(run) {
+                *ends = triangulation.ends(edge);
+            }
+            for (&edge, [p, q]) in run.iter().zip(ends) {
+                in_tree[edge as usize] = sets.join(p as usize, q as usize);
+                parts -= usize::from(in_tree[edge as usize]);
+            }
+            if parts <= 1 {
+                return true;
+            }
         }
-        for (&edge, [p, q]) in run.iter().zip(ends) {
-            in_tree[edge as usize] = sets.join(p, q);
-            parts -= usize::from(in_tree[edge as usize]);
-        }
-        if parts <= 1 {
-            break;
-        }
+        false
+    };
+    if !take(&mut sets, &short) {
+        long.retain(|&edge| {
+            let [p, q] = triangulation.ends(edge).map(|end| sets.root(end as usize));
+            p != q
+        });
+        take(&mut sets, &long);
     }
     in_tree
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::radius_mm;
 use crate::graphs::{is_gabriel, spanning};
 use crate::inside::Inside;
-use crate::triangulation::{Edge, TriangleId};
+use crate::triangulation::TriangleId;
 use crate::{Graph, Region, Triangulation};
 
 /// The α-shape: all triangles whose circumcircle has a radius of at most α.
@@ -36,7 +36,10 @@ pub fn alpha_curve(triangulation: &Triangulation, alpha_mm: f64) -> Graph {
     let within = within(triangulation, alpha_mm);
     let kept = |triangle: Option<TriangleId>| triangle.is_some_and(|id| within[id as usize]);
     Graph::of_edges(triangulation, |edge| {
-        let Edge { ends, triangles } = triangulation.edges()[edge as usize];
+        let (ends, triangles) = {
+            let it = triangulation.edges()[edge as usize];
+            (it.ends, it.triangles())
+        };
         match triangles.map(kept) {
             [true, true] => false,
             [false, false] => {
@@ -72,7 +75,7 @@ pub(super) fn connecting(
     let mut is_in: Vec<bool> = sizes.iter().map(|&size| order(size, first).is_le()).collect();
     let mut parts = is_in.iter().filter(|&&is_in| is_in).count();
     for edge in triangulation.edges() {
-        if let [Some(left), Some(right)] = edge.triangles.map(|it| it.map(|it| it as usize))
+        if let [Some(left), Some(right)] = edge.triangles().map(|it| it.map(|it| it as usize))
             && is_in[left]
             && is_in[right]
         {

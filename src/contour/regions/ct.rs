@@ -29,8 +29,8 @@ pub fn ct_shape(triangulation: &Triangulation) -> Region {
     let is_border: Vec<bool> = (0..)
         .zip(triangulation.edges())
         .map(|(edge, sides): (EdgeId, _)| {
-            let is_open = sides.triangles.contains(&None)
-                || sides.triangles.into_iter().flatten().any(is_marked);
+            let is_open = sides.triangles().contains(&None)
+                || sides.triangles().into_iter().flatten().any(is_marked);
             !marks[edge as usize] && is_open && !triangulation.triangles().is_empty()
         })
         .collect();

@@ -21,7 +21,7 @@ pub enum Sampling {
 /// Computer Aided Geometric Design (2021); as their public program works. Linear time.
 pub fn petals(triangulation: &Triangulation) -> Sampling {
     let mut is_on_hull = vec![false; triangulation.len()];
-    for edge in triangulation.edges().iter().filter(|edge| edge.triangles.contains(&None)) {
+    for edge in triangulation.edges().iter().filter(|edge| edge.triangles().contains(&None)) {
         for end in edge.ends {
             is_on_hull[end as usize] = true;
         }
@@ -92,7 +92,7 @@ fn come_back(triangulation: &Triangulation, is_gone: &mut [bool]) {
     for (edge, is_gone) in triangulation.edges().iter().zip(is_gone.iter()) {
         for end in edge.ends {
             gone[end as usize] += u32::from(*is_gone);
-            is_on_hull[end as usize] |= edge.triangles.contains(&None);
+            is_on_hull[end as usize] |= edge.triangles().contains(&None);
         }
     }
     for (edge, is_gone) in triangulation.edges().iter().zip(is_gone) {

@@ -106,7 +106,7 @@ fn verdict(triangulation: &Triangulation, ear: Ear, v: f64) -> Verdict {
 
 /// The corner opposite a side in the triangle beyond it.
 fn far(triangulation: &Triangulation, triangle: TriangleId, side: EdgeId) -> Option<PlaceMm> {
-    let [left, right] = triangulation.edges()[side as usize].triangles;
+    let [left, right] = triangulation.edges()[side as usize].triangles();
     let [of_left, of_right] = triangulation.opposite(side);
     let corner = if left == Some(triangle) { right.and(of_right) } else { left.and(of_left) };
     corner.map(|corner| triangulation.place(corner))

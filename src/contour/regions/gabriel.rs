@@ -32,7 +32,7 @@ pub fn shape_hull_graph(triangulation: &Triangulation) -> Graph {
     }
     let peeling = peeled(triangulation, false);
     Graph::of_edges(triangulation, |edge| {
-        let triangles = triangulation.edges()[edge as usize].triangles;
+        let triangles = triangulation.edges()[edge as usize].triangles();
         triangles.into_iter().flatten().any(|triangle| peeling.holds(triangle))
     })
 }

@@ -129,7 +129,7 @@ impl<'a> Holders<'a> {
         let mut ways: Vec<(f64, EdgeId)> = (0..)
             .zip(edges)
             .filter_map(|(id, edge)| {
-                let [left, right] = edge.triangles.map(|it| it.map(|it| centres[it as usize]));
+                let [left, right] = edge.triangles().map(|it| it.map(|it| centres[it as usize]));
                 Some((distance_mm(left?, right?), id))
             })
             .collect();
@@ -137,7 +137,7 @@ impl<'a> Holders<'a> {
         let mut sets = Sets::new(self.triangulation.triangles().len());
         let mut is_way = vec![false; edges.len()];
         for (_, id) in ways {
-            if let [Some(left), Some(right)] = edges[id as usize].triangles {
+            if let [Some(left), Some(right)] = edges[id as usize].triangles() {
                 is_way[id as usize] = sets.join(left as usize, right as usize);
             }
         }

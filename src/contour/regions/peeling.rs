@@ -40,7 +40,7 @@ impl<'a> Peeling<'a> {
     /// All triangles: the border is the convex hull.
     pub(super) fn new(triangulation: &'a Triangulation) -> Peeling<'a> {
         let mut is_on_border = vec![false; triangulation.len()];
-        for edge in triangulation.edges().iter().filter(|edge| edge.triangles.contains(&None)) {
+        for edge in triangulation.edges().iter().filter(|edge| edge.triangles().contains(&None)) {
             for end in edge.ends {
                 is_on_border[end as usize] = true;
             }
@@ -62,7 +62,7 @@ impl<'a> Peeling<'a> {
     /// The sides of the hull.
     pub(super) fn hull(&self) -> Vec<EdgeId> {
         let edges = (0..).zip(self.triangulation.edges());
-        edges.filter(|(_, edge)| edge.triangles.contains(&None)).map(|(id, _)| id).collect()
+        edges.filter(|(_, edge)| edge.triangles().contains(&None)).map(|(id, _)| id).collect()
     }
 
     /// Takes ears off, that of the side with the largest key first, until the rule lets none go.
@@ -78,15 +78,15 @@ impl<'a> Peeling<'a> {
         let mut queue = BinaryHeap::new();
         let mut waiting: BTreeMap<TriangleId, Vec<EdgeId>> = BTreeMap::new();
         let offer = |queue: &mut BinaryHeap<_>, peeling: &Peeling, side: EdgeId| {
-            if let Some(triangle) = peeling.within(side) {
-                queue.push((key(side, triangle), side));
+            // Who lies on the border stays there, so what is no ear never becomes one.
+            if let Some(ear) = peeling.ear(side) {
+                queue.push((key(side, ear.triangle), side));
             }
         };
         for side in sides {
             offer(&mut queue, self, side);
         }
         while let Some((_, side)) = queue.pop() {
-            // Who lies on the border stays there, so what is no ear never becomes one.
             let Some(ear) = self.ear(side) else { continue };
             match rule(self, ear) {
                 Verdict::Stay => {}
@@ -135,7 +135,7 @@ impl<'a> Peeling<'a> {
 
     /// The triangle within the region at a side of its border.
     fn within(&self, side: EdgeId) -> Option<TriangleId> {
-        let [left, right] = self.triangulation.edges()[side as usize].triangles;
+        let [left, right] = self.triangulation.edges()[side as usize].triangles();
         match [left, right].map(|triangle| self.inside.holds(triangle)) {
             [true, false] => left,
             [false, true] => right,

@@ -35,7 +35,7 @@ fn dual_mm(triangulation: &Triangulation, edge: EdgeId, far_mm: f64) -> Option<[
     let foot = middle(p, q);
     let centres = triangulation.centres_mm();
     // How far left of the edge the Voronoi edge ends on each side. A rounded centre may lie beside the bisector, and is kept.
-    let [left_end, right_end] = triangulation.edges()[edge as usize].triangles.map(|triangle| {
+    let [left_end, right_end] = triangulation.edges()[edge as usize].triangles().map(|triangle| {
         let centre = centres[triangle? as usize];
         let along_mm = (centre[0] - foot[0]) * left[0] + (centre[1] - foot[1]) * left[1];
         Some((centre, along_mm))

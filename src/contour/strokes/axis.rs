@@ -35,7 +35,7 @@ fn outermost(
             corners.iter().for_each(|&corner| is_outer[corner as usize] = true);
         }
     }
-    for edge in triangulation.edges().iter().filter(|edge| edge.triangles.contains(&None)) {
+    for edge in triangulation.edges().iter().filter(|edge| edge.triangles().contains(&None)) {
         edge.ends.iter().for_each(|&end| is_outer[end as usize] = true);
     }
     if !is_outer.contains(&false) {
@@ -133,7 +133,7 @@ impl Axis<'_> {
 
     /// Whether a side between two regions, or within one, is a line.
     fn is_line(&self, side: EdgeId) -> bool {
-        match self.triangulation.edges()[side as usize].triangles.map(|it| self.label(it)) {
+        match self.triangulation.edges()[side as usize].triangles().map(|it| self.label(it)) {
             [Some(left), Some(right)] => {
                 left != right || self.triangulation.length_mm(side) <= self.faint_mm
             }

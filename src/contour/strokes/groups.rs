@@ -26,7 +26,7 @@ impl<'a> Groups<'a> {
     /// The members on both sides of an edge.
     fn sides(&self, edge: EdgeId) -> [u32; 2] {
         let beyond = self.labels.len() as u32 - 1;
-        let triangles = self.triangulation.edges()[edge as usize].triangles;
+        let triangles = self.triangulation.edges()[edge as usize].triangles();
         triangles.map(|triangle| triangle.unwrap_or(beyond))
     }
 
@@ -56,7 +56,7 @@ impl<'a> Groups<'a> {
             triangle.is_some_and(|it| !triangulation.sides(it).iter().any(is_long))
         };
         let lies_between_small = |edge: &EdgeId| {
-            let triangles = triangulation.edges()[*edge as usize].triangles;
+            let triangles = triangulation.edges()[*edge as usize].triangles();
             triangles.into_iter().all(is_small)
         };
         let longest_first = || triangulation.by_length().iter().rev().copied();

@@ -38,7 +38,7 @@ impl Triangulation {
     /// The triangle counter-clockwise of an edge about one of its ends, and that clockwise.
     fn beside(&self, sample: SampleId, edge: EdgeId) -> [Option<TriangleId>; 2] {
         let edge = self.edges()[edge as usize];
-        let [left, right] = edge.triangles;
+        let [left, right] = edge.triangles();
         if edge.ends[0] == sample { [left, right] } else { [right, left] }
     }
 
@@ -52,7 +52,7 @@ impl Triangulation {
     /// The triangles on the other sides of a triangle's edges, from each corner to the next; none beyond the hull.
     pub(crate) fn across(&self, triangle: TriangleId) -> [Option<TriangleId>; 3] {
         self.sides(triangle).map(|side| {
-            let triangles = self.edges()[side as usize].triangles;
+            let triangles = self.edges()[side as usize].triangles();
             if triangles[0] == Some(triangle) { triangles[1] } else { triangles[0] }
         })
     }

@@ -12,8 +12,8 @@ use crate::{SampleId, Triangulation};
 pub(super) fn sculpt(triangulation: &Triangulation, region: &mut Inside) {
     let mut is_within = vec![true; triangulation.len()];
     for (edge, id) in triangulation.edges().iter().zip(0..) {
-        let is_hull = edge.triangles.contains(&None);
-        let [left, right] = edge.triangles.map(|triangle| region.holds(triangle));
+        let is_hull = edge.triangles().contains(&None);
+        let [left, right] = edge.triangles().map(|triangle| region.holds(triangle));
         if is_hull || region.is_border(triangulation, id) || (!left && !right) {
             for end in edge.ends {
                 is_within[end as usize] = false;

@@ -352,7 +352,7 @@ fn hull(triangulation: &Triangulation) -> Vec<[SampleId; 2]> {
     let mut after = vec![None; triangulation.len()];
     for edge in edges {
         let [p, q] = edge.ends;
-        match edge.triangles {
+        match edge.triangles() {
             [Some(_), None] => after[p as usize] = Some(q),
             [None, Some(_)] => after[q as usize] = Some(p),
             _ => {}

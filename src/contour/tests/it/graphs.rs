@@ -146,7 +146,7 @@ fn gamma_and_beta_are_what_they_unite() {
             let value = if beta >= 1.0 { 1.0 - 1.0 / beta } else { beta - 1.0 };
             assert_eq!(beta_skeleton(&set, beta).unwrap(), gamma([value, value]));
         }
-        let hull = (0..).zip(set.edges()).filter(|(_, edge)| edge.triangles.contains(&None));
+        let hull = (0..).zip(set.edges()).filter(|(_, edge)| edge.triangles().contains(&None));
         assert_eq!(gamma([1.0, -1.0]), Graph::new(hull.map(|(_, edge)| edge.ends)));
         assert_eq!(lune_beta_skeleton(&set, 1.0), gabriel(&set));
         assert_eq!(lune_beta_skeleton(&set, 2.0), rng(&set));

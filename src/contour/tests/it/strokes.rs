@@ -93,7 +93,7 @@ fn labels_are_those_of_the_widest_way() {
             .iter()
             .zip(0..)
             .map(|(edge, number)| {
-                let [p, q] = edge.triangles.map(|it| it.map_or(beyond, |it| it as usize));
+                let [p, q] = edge.triangles().map(|it| it.map_or(beyond, |it| it as usize));
                 (p, q, set.length_mm(number))
             })
             .collect();

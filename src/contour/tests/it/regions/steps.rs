@@ -197,7 +197,7 @@ fn gone_by_hand(set: &Triangulation) -> Vec<[SampleId; 2]> {
     let hull: Vec<[SampleId; 2]> = set
         .edges()
         .iter()
-        .filter(|edge| edge.triangles.contains(&None))
+        .filter(|edge| edge.triangles().contains(&None))
         .map(|edge| edge.ends)
         .collect();
     let alone = |ends: &&[SampleId; 2]| {
