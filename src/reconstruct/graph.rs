@@ -19,15 +19,17 @@ mod contacts;
 mod faces;
 mod landmarks;
 mod links;
+mod mapped;
 mod put_back;
 mod triangles;
 
-use asphera_geometry::{PointMm, Sets};
+use asphera_geometry::PointMm;
 use thiserror::Error;
 
 pub use self::contacts::Contact;
 pub use self::landmarks::LandmarkOrder;
 use self::links::Links;
+use self::mapped::Mapped;
 use crate::local::MOST_POINTS;
 use crate::neighbours::Neighbours;
 use crate::surface::{LeftOut, Reconstruction, admitted, finished};
@@ -61,6 +63,19 @@ impl Default for GraphChoices {
     fn default() -> GraphChoices {
         GraphChoices { hops: 5, threshold: 7, order: LandmarkOrder::Sweep, faces: FaceRule::Filled }
     }
+}
+
+impl GraphChoices {
+    fn check(&self) -> Result<(), GraphError> {
+        let is_allowed = (1..=MOST_HOPS).contains(&self.hops);
+        is_allowed.then_some(()).ok_or(GraphError::Hops { found: self.hops })
+    }
+}
+
+/// Refuses a κ that is out of range.
+fn check_neighbours(neighbours: usize) -> Result<(), GraphError> {
+    let is_allowed = (1..=MOST_NEIGHBOURS).contains(&neighbours);
+    is_allowed.then_some(()).ok_or(GraphError::Neighbours { found: neighbours })
 }
 
 /// Points and the graph of their neighbours.
@@ -193,8 +208,6 @@ pub enum GraphError {
 pub const MOST_NEIGHBOURS: usize = 64;
 /// The largest number of hops between landmarks.
 pub const MOST_HOPS: u8 = 100;
-/// Cycles of more edges are no faces. The paper says that faces have fewer than 5 edges in practice.
-const LONGEST: usize = 10;
 
 impl<'a> PointGraph<'a> {
     /// The graph with an edge from every place to its `neighbours` nearest. n·log n time.
@@ -212,9 +225,7 @@ impl<'a> PointGraph<'a> {
         if points_mm.len() > MOST_POINTS {
             return Err(GraphError::TooManyPoints { found: points_mm.len() });
         }
-        if !(1..=MOST_NEIGHBOURS).contains(&neighbours) {
-            return Err(GraphError::Neighbours { found: neighbours });
-        }
+        check_neighbours(neighbours)?;
         enters(Stage::Tree);
         let (places, left_out) = admitted(points_mm);
         let tree = Neighbours::of(places);
@@ -235,9 +246,7 @@ impl<'a> PointGraph<'a> {
         choices: &GraphChoices,
         enters: &mut dyn FnMut(Stage),
     ) -> Result<GraphSurface, GraphError> {
-        if !(1..=MOST_HOPS).contains(&choices.hops) {
-            return Err(GraphError::Hops { found: choices.hops });
-        }
+        choices.check()?;
         enters(Stage::Landmarks);
         let landmarks =
             landmarks::landmarks(&self.links, &self.tree.points_mm, choices.hops, choices.order);
@@ -245,47 +254,23 @@ impl<'a> PointGraph<'a> {
         let owners = cells::owners(&self.links, &landmarks);
         enters(Stage::Map);
         let contacts = contacts::contacts(&self.links, &owners);
-        let joined = contacts.iter().filter(|contact| contact.points > choices.threshold);
-        let edges: Vec<[u32; 2]> = joined.map(|contact| contact.landmarks).collect();
-        enters(Stage::Faces);
-        let meetings =
-            (choices.faces == FaceRule::Filled).then(|| contacts::meetings(&self.links, &owners));
-        let faces = faces::faces(landmarks.points.len(), &edges, meetings.as_deref(), LONGEST);
-        enters(Stage::Triangles);
+        let meetings = || {
+            let is_asked = choices.faces == FaceRule::Filled;
+            is_asked.then(|| contacts::meetings(&self.links, &owners))
+        };
         let places: Vec<PointMm> =
             landmarks.points.iter().map(|&at| self.tree.points_mm[at as usize]).collect();
         let ids: Vec<u32> = landmarks.points.iter().map(|&at| self.tree.ids[at as usize]).collect();
-        let triangles = triangles::triangles(&places, &edges, &faces);
-        let facets = finished(self.points_mm, &ids, triangles);
-        let (vertices, components) = parts(ids.len(), &edges);
+        let mut mapped = Mapped::of(&places, contacts, choices.threshold, meetings, enters);
+        let facets = finished(self.points_mm, &ids, std::mem::take(&mut mapped.triangles));
         let mut cells = vec![None; self.points_mm.len()];
         for (at, &id) in self.tree.ids.iter().enumerate() {
             let landmark = ids[owners[at] as usize];
             cells[id as usize] = Some(Cell { landmark, hops: landmarks.hops[at] });
         }
-        let map = GraphMap {
-            cells,
-            contacts: contacts
-                .into_iter()
-                .map(|contact| Contact {
-                    landmarks: contact.landmarks.map(|rank| ids[rank as usize]),
-                    ..contact
-                })
-                .collect(),
-            edges: edges.len(),
-            vertices,
-            components,
-            faces: faces
-                .into_iter()
-                .map(|face| face.into_iter().map(|rank| ids[rank as usize]).collect())
-                .collect(),
-            landmarks: ids,
-        };
-        let no_surface = facets.is_empty().then_some(match () {
-            () if self.tree.len() < 4 => NoSurface::FewPoints,
-            () if map.landmarks.len() < 4 => NoSurface::FewLandmarks,
-            () => NoSurface::NoFaces,
-        });
+        let map = mapped.map(ids, cells);
+        let no_surface =
+            facets.is_empty().then(|| NoSurface::of(self.tree.len(), map.landmarks.len()));
         let left_out = self.left_out(&facets, &map);
         Ok(GraphSurface { reconstruction: Reconstruction { facets, left_out }, map, no_surface })
     }
@@ -305,22 +290,4 @@ impl<'a> PointGraph<'a> {
         left_out.sort_unstable();
         left_out
     }
-}
-
-/// How many vertices have an edge, and how many parts they make.
-fn parts(landmarks: usize, edges: &[[u32; 2]]) -> (usize, usize) {
-    let mut has_edge = vec![false; landmarks];
-    let mut sets = Sets::new(landmarks);
-    let mut vertices = 0;
-    let mut components = 0;
-    for &[one, other] in edges {
-        for end in [one, other] {
-            if !std::mem::replace(&mut has_edge[end as usize], true) {
-                vertices += 1;
-                components += 1;
-            }
-        }
-        components -= usize::from(sets.join(one as usize, other as usize));
-    }
-    (vertices, components)
 }
