@@ -21,6 +21,7 @@ mod landmarks;
 mod links;
 mod mapped;
 mod put_back;
+mod tiles;
 mod triangles;
 
 use asphera_geometry::PointMm;
@@ -30,6 +31,9 @@ pub use self::contacts::Contact;
 pub use self::landmarks::LandmarkOrder;
 use self::links::Links;
 use self::mapped::Mapped;
+pub use self::tiles::{
+    MOST_TILED_POINTS, TileError, TileShelf, TileShelfFailure, TiledGraph, TiledSurface,
+};
 use crate::local::MOST_POINTS;
 use crate::neighbours::Neighbours;
 use crate::surface::{LeftOut, Reconstruction, admitted, finished};

@@ -124,6 +124,27 @@ impl Neighbours {
         chunks.concat()
     }
 
+    /// The `count` nearest of a place within the root of a limit, the nearest first.
+    pub(crate) fn nearest_within(
+        &self,
+        place: PointMm,
+        limit_mm2: f64,
+        count: usize,
+        found: &mut Vec<Near>,
+    ) {
+        found.clear();
+        if self.len() == 0 {
+            return;
+        }
+        self.collect(self.root(), place, limit_mm2 * (1.0 + 1e-12), u32::MAX, found);
+        let order = |a: &Near, b: &Near| self.order(a, b);
+        if found.len() > count {
+            found.select_nth_unstable_by(count - 1, order);
+            found.truncate(count);
+        }
+        found.sort_unstable_by(order);
+    }
+
     /// Gathers what may be among the nearest of the points of a leaf.
     fn ask_leaf(&self, from: usize, to: usize, count: usize, room: &mut Room) {
         let own = BoxMm::about(self.points_mm[from..to].iter().copied());

@@ -83,7 +83,7 @@ fn sorted(points_mm: &[PointMm], order: LandmarkOrder) -> Vec<u32> {
 }
 
 /// Whole numbers that ascend as finite values do.
-fn ascending_bits(value: f64) -> u64 {
+pub(super) fn ascending_bits(value: f64) -> u64 {
     let bits = value.to_bits();
     if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
 }
@@ -111,4 +111,4 @@ fn mixed(sum: u64) -> u64 {
 
 const POWER_MASK: u64 = 0x7ff;
 /// No landmark found yet.
-const FAR: u8 = u8::MAX;
+pub(super) const FAR: u8 = u8::MAX;

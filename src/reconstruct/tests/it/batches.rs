@@ -11,9 +11,9 @@ use rand_pcg::Pcg64;
 
 use crate::shapes::{ball, moebius, places, shuffle, torus, uniform};
 
-type Cloud = fn(&mut Pcg64) -> Vec<PointMm>;
+pub(crate) type Cloud = fn(&mut Pcg64) -> Vec<PointMm>;
 
-const CLOUDS: [(&str, Cloud); 12] = [
+pub(crate) const CLOUDS: [(&str, Cloud); 12] = [
     ("exact ball", |_| ball(900, 0.0, 1)),
     ("noisy ball", |random| ball(900, 0.02, random.next_u64())),
     ("random ball", scattered_ball),

@@ -18,4 +18,5 @@ mod real;
 mod shapes;
 mod stars;
 mod tangential;
+mod tiles;
 mod wrap;
