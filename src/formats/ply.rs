@@ -24,10 +24,12 @@ mod body;
 mod header;
 mod pieces;
 mod read;
+mod vertices;
 mod write;
 
 pub use pieces::MeshPieces;
 pub use read::{read, read_triangles};
+pub use vertices::VertexRecords;
 pub use write::write_mesh;
 
 /// How every file begins; a line ending follows.

@@ -4,6 +4,8 @@ mod comparison;
 mod delaunay;
 mod figures;
 mod graph;
+mod shelf;
+mod tiled;
 mod written;
 
 use std::path::PathBuf;
@@ -128,7 +130,7 @@ pub(super) fn run(args: &ReconstructArgs) -> Result<Exit, Failure> {
     }
     if args.method != MethodName::Graph && args.graph.is_asked() {
         return Err(
-            "--kappa, --hops, --threshold, --faces, --order, --put-back and --sweep belong to --method graph; add it"
+            "--kappa, --hops, --threshold, --faces, --order, --put-back, --tiles and --sweep belong to --method graph; add it"
                 .into(),
         );
     }
@@ -158,6 +160,9 @@ pub(super) fn run(args: &ReconstructArgs) -> Result<Exit, Failure> {
 type Made = (ReconstructReport, Vec<PointMm>, Vec<[u32; 3]>);
 
 fn made(args: &ReconstructArgs) -> Result<Made, Failure> {
+    if let Some(megabytes) = args.graph.tiles() {
+        return tiled::made(args, megabytes);
+    }
     let progress = Progress::start("reconstruct");
     let source = Source::open(&args.source, &args.text, &progress)?;
     let points_mm: Vec<PointMm> = source.points().collect();

@@ -116,7 +116,7 @@ impl<'a> Body<'a> {
 }
 
 /// Bytes of a record without lists.
-fn fixed_size(element: &Element) -> Option<usize> {
+pub(super) fn fixed_size(element: &Element) -> Option<usize> {
     let sizes = element.properties.iter().map(|property| match property {
         Property::Number { kind, .. } => Some(kind.size()),
         Property::List { .. } => None,
@@ -198,6 +198,10 @@ pub(super) struct Numbers<'a> {
 }
 
 impl<'a> Numbers<'a> {
+    pub(super) fn new(bytes: &'a [u8], is_big: bool) -> Numbers<'a> {
+        Numbers { bytes, at: 0, is_big }
+    }
+
     /// Passes over `len` bytes; `None` where the file has fewer.
     fn take(&mut self, len: usize) -> Option<&'a [u8]> {
         let end = self.at.checked_add(len)?;

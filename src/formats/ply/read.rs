@@ -96,7 +96,7 @@ fn take(mesh: &mut Gathered, face: &[f64], place: Place) -> Result<(), ReadError
 }
 
 /// The number of the element that holds vertices, and where x, y and z stand among the properties of one.
-fn vertices(header: &Header) -> Result<(usize, [usize; 3]), ReadError> {
+pub(super) fn vertices(header: &Header) -> Result<(usize, [usize; 3]), ReadError> {
     let Some(at) = header.elements.iter().position(|element| element.name == b"vertex") else {
         return Err(malformed(header.lines, "an element vertex", "none".into()));
     };

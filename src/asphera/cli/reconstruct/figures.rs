@@ -47,6 +47,9 @@ struct ReconstructionFigures {
     area_mm2: f64,
     volume_mm3: Option<f64>,
     guarantee: String,
+    /// Tiles that the points were cut into; of the graph method with --tiles only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tiles: Option<usize>,
     /// Figures of a method over the Delaunay triangulation, with its sampling condition.
     #[serde(flatten)]
     delaunay: Option<DelaunayFigures>,
@@ -119,6 +122,7 @@ impl ReconstructReport {
             area_mm2: proof.area_mm2,
             volume_mm3: proof.volume_mm3,
             guarantee: LOCAL_GUARANTEE.to_owned(),
+            tiles: None,
             delaunay: None,
             stages_s: StageFigures { mesh: mesh_s, proof: proof_s, graph: None },
             as_of_points: points_mm.len(),
@@ -136,6 +140,21 @@ impl ReconstructReport {
             found.guarantee = GRAPH_GUARANTEE.to_owned();
         }
         found.stages_s.graph = stages;
+        self
+    }
+
+    /// With what is known of all points where the mesh is of the landmarks alone.
+    pub(super) fn with_tiles(
+        mut self,
+        points: usize,
+        left_out: &[(LeftOut, usize)],
+        tiles: usize,
+    ) -> ReconstructReport {
+        self.mesh.points = points;
+        let found = &mut self.mesh.reconstruction;
+        found.as_of_points = points;
+        found.left_out = left_out.iter().map(|&(why, count)| (word(why), count)).collect();
+        found.tiles = Some(tiles);
         self
     }
 
@@ -199,6 +218,9 @@ impl ReconstructReport {
         line("guarantee", found.guarantee.clone());
         for (name, value) in found.delaunay.iter().flat_map(DelaunayFigures::lines) {
             line(name, value);
+        }
+        if let Some(tiles) = found.tiles {
+            line("tiles", tiles.to_string());
         }
         if let Some(stages) = &found.stages_s.graph {
             line("stages", stages.line());

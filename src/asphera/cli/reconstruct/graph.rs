@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use asphera_geometry::PointMm;
 use asphera_link::Nanos;
 use asphera_reconstruct::{
-    FaceRule, GraphChoices, GraphMap, GraphSurface, LandmarkOrder, PointGraph, Stage,
+    FaceRule, GraphChoices, GraphMap, GraphSurface, LandmarkOrder, PointGraph, Stage, TileError,
+    TileShelf, TiledGraph,
 };
 use clap::{Args, ValueEnum};
 use serde::Serialize;
@@ -33,6 +34,10 @@ pub(super) struct GraphArgs {
     /// Of --method graph: put the points back that landmarks stand for, with the same topology.
     #[arg(long, conflicts_with = "sweep")]
     put_back: bool,
+    /// Of --method graph: points wait in a file of TMPDIR, cut into tiles for so many megabytes of memory. The map of landmarks is in memory,
+    /// too. A binary PLY file is read piece by piece. -o writes the landmarks only.
+    #[arg(long, value_name = "MB", conflicts_with_all = ["put_back", "sweep", "compare"], value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    tiles: Option<u32>,
     /// Of --method graph: print a table of surfaces for several --hops and --threshold.
     #[arg(long)]
     sweep: bool,
@@ -63,11 +68,27 @@ impl GraphArgs {
     pub(super) fn is_asked(&self) -> bool {
         self.sweep
             || self.put_back
+            || self.tiles.is_some()
             || self.kappa != KAPPA
             || self.choices() != GraphChoices::default()
     }
 
-    fn choices(&self) -> GraphChoices {
+    /// Megabytes for tiles, if they are asked for.
+    pub(super) fn tiles(&self) -> Option<u32> {
+        self.tiles
+    }
+
+    /// A graph in tiles that need so much memory.
+    pub(super) fn by_tiles<S: TileShelf>(
+        &self,
+        shelf: S,
+        megabytes: u32,
+    ) -> Result<TiledGraph<S>, TileError> {
+        let tile_points = megabytes as usize * 1_000_000 / BYTES_OF_TILE_POINT;
+        TiledGraph::new(shelf, self.kappa.into(), tile_points)
+    }
+
+    pub(super) fn choices(&self) -> GraphChoices {
         let faces = match self.faces {
             Faces::Filled => FaceRule::Filled,
             Faces::Any => FaceRule::Any,
@@ -84,7 +105,7 @@ impl GraphArgs {
         points_mm: &[PointMm],
         clock: &Clock,
     ) -> Result<(GraphSurface, GraphStages), Failure> {
-        let mut stages = Stages { clock, running: None, stages_s: GraphStages::default() };
+        let mut stages = Stages::new(clock);
         let graph =
             PointGraph::new(points_mm, self.kappa.into(), &mut |stage| stages.enter(stage))?;
         let mut found = graph.surface(&self.choices(), &mut |stage| stages.enter(stage))?;
@@ -109,6 +130,8 @@ impl GraphArgs {
     }
 }
 
+/// Memory for a point of a tile while it is at work.
+const BYTES_OF_TILE_POINT: usize = 500;
 /// Neighbours of the paper.
 const KAPPA: u8 = 15;
 /// The choices of the paper's Table 2.
@@ -151,14 +174,19 @@ impl GraphStages {
     }
 }
 
-struct Stages<'a> {
+/// Stages as they begin and end.
+pub(super) struct Stages<'a> {
     clock: &'a Clock,
     running: Option<(Stage, Nanos)>,
     stages_s: GraphStages,
 }
 
-impl Stages<'_> {
-    fn enter(&mut self, stage: Stage) {
+impl<'a> Stages<'a> {
+    pub(super) fn new(clock: &'a Clock) -> Stages<'a> {
+        Stages { clock, running: None, stages_s: GraphStages::default() }
+    }
+
+    pub(super) fn enter(&mut self, stage: Stage) {
         let now = self.clock.now();
         self.leave(now);
         self.running = Some((stage, now));
@@ -179,7 +207,7 @@ impl Stages<'_> {
         } += now.since(since).as_secs_f64();
     }
 
-    fn end(mut self) -> GraphStages {
+    pub(super) fn end(mut self) -> GraphStages {
         self.leave(self.clock.now());
         self.stages_s
     }

@@ -242,3 +242,48 @@ fn all_methods_are_compared_with_the_truth() {
     let refused = super::compared(&args).unwrap_err().to_string();
     assert!(refused.contains("expected a mesh with triangles"), "{refused}");
 }
+
+#[test]
+fn tiles_give_the_surface_of_memory_and_their_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let (text, binary) = (folder.path().join("ball.xyz"), folder.path().join("ball.ply"));
+    let points = ball(60);
+    let lines: String = points.iter().map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+    std::fs::write(&text, lines).unwrap();
+    written::write(&binary, &points, &[]).unwrap();
+    let args = |file: &std::path::Path, more: &[&str]| {
+        let words = ["asphera", "reconstruct", file.to_str().unwrap(), "--method", "graph"];
+        let cli = Cli::try_parse_from(words.iter().chain(more)).unwrap();
+        let Command::Reconstruct(args) = cli.command else { panic!("another command") };
+        args
+    };
+    let (report, _, facets) = made(&args(&text, &[])).unwrap();
+    let expected = serde_json::to_value(&report).unwrap()["mesh"].clone();
+    for file in [&text, &binary] {
+        let (report, landmarks, found) = made(&args(file, &["--tiles", "1"])).unwrap();
+        let mesh = serde_json::to_value(&report).unwrap()["mesh"].clone();
+        assert_eq!(
+            (&mesh["points"], &mesh["vertices"]),
+            (&expected["points"], &expected["vertices"])
+        );
+        let figures = &mesh["reconstruction"];
+        for name in ["facets", "left_out", "genus", "closed", "betti", "area_mm2", "as_of_points"] {
+            assert_eq!(figures[name], expected["reconstruction"][name], "{name}");
+        }
+        assert_eq!(figures["tiles"], points.len().div_ceil(1024));
+        assert!(report.summary().contains("\ntiles      15\n"), "{}", report.summary());
+        let places = |facets: &[[u32; 3]], points: &[PointMm]| -> Vec<[PointMm; 3]> {
+            facets.iter().map(|facet| facet.map(|corner| points[corner as usize])).collect()
+        };
+        assert_eq!(places(&found, &landmarks), places(&facets, &points));
+    }
+    // Half a file says where it ends.
+    let bytes = std::fs::read(&binary).unwrap();
+    std::fs::write(&binary, &bytes[..bytes.len() - 5]).unwrap();
+    let Err(refused) = made(&args(&binary, &["--tiles", "1"])) else { panic!("half a file") };
+    assert!(refused.to_string().contains("ball.ply: PLY file, byte"), "{refused}");
+    let Err(refused) = made(&args(&text, &["--tiles", "1", "--order", "priority"])) else {
+        panic!("tiles by priority")
+    };
+    assert!(refused.to_string().contains("leave the order of priority out"), "{refused}");
+}
