@@ -19,6 +19,7 @@ mod contacts;
 mod faces;
 mod landmarks;
 mod links;
+mod live;
 mod mapped;
 mod put_back;
 mod tiles;
@@ -30,6 +31,7 @@ use thiserror::Error;
 pub use self::contacts::Contact;
 pub use self::landmarks::LandmarkOrder;
 use self::links::Links;
+pub use self::live::LiveGraph;
 use self::mapped::Mapped;
 pub use self::tiles::{
     MOST_TILED_POINTS, TileError, TileShelf, TileShelfFailure, TiledGraph, TiledSurface,
@@ -275,23 +277,23 @@ impl<'a> PointGraph<'a> {
         let map = mapped.map(ids, cells);
         let no_surface =
             facets.is_empty().then(|| NoSurface::of(self.tree.len(), map.landmarks.len()));
-        let left_out = self.left_out(&facets, &map);
+        let left_out = left_out(&facets, &map, &self.left_out);
         Ok(GraphSurface { reconstruction: Reconstruction { facets, left_out }, map, no_surface })
     }
+}
 
-    /// Points that no facet uses, and why.
-    fn left_out(&self, facets: &[[u32; 3]], map: &GraphMap) -> Vec<(u32, LeftOut)> {
-        let mut reasons: Vec<Option<LeftOut>> =
-            map.cells.iter().map(|cell| cell.map(|_| LeftOut::Pruned)).collect();
-        for &landmark in &map.landmarks {
-            reasons[landmark as usize] = Some(LeftOut::NoFace);
-        }
-        for &corner in facets.as_flattened() {
-            reasons[corner as usize] = None;
-        }
-        let unused = (0..).zip(reasons).filter_map(|(point, reason)| Some((point, reason?)));
-        let mut left_out: Vec<(u32, LeftOut)> = unused.chain(self.left_out.clone()).collect();
-        left_out.sort_unstable();
-        left_out
+/// Points that no facet uses, and why; `others` are those without a place of their own.
+fn left_out(facets: &[[u32; 3]], map: &GraphMap, others: &[(u32, LeftOut)]) -> Vec<(u32, LeftOut)> {
+    let mut reasons: Vec<Option<LeftOut>> =
+        map.cells.iter().map(|cell| cell.map(|_| LeftOut::Pruned)).collect();
+    for &landmark in &map.landmarks {
+        reasons[landmark as usize] = Some(LeftOut::NoFace);
     }
+    for &corner in facets.as_flattened() {
+        reasons[corner as usize] = None;
+    }
+    let unused = (0..).zip(reasons).filter_map(|(point, reason)| Some((point, reason?)));
+    let mut left_out: Vec<(u32, LeftOut)> = unused.chain(others.iter().copied()).collect();
+    left_out.sort_unstable();
+    left_out
 }

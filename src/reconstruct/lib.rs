@@ -42,8 +42,8 @@ pub use delaunay::{Delaunay, MOST_DELAUNAY_POINTS, NoDelaunay, Unsound, check_de
 pub use deviation::distances_mm;
 pub use graph::{
     Cell, Contact, FaceRule, GraphChoices, GraphError, GraphMap, GraphSurface, LandmarkOrder,
-    MOST_HOPS, MOST_NEIGHBOURS, MOST_TILED_POINTS, NoSurface, PointGraph, Stage, TileError,
-    TileShelf, TileShelfFailure, TiledGraph, TiledSurface,
+    LiveGraph, MOST_HOPS, MOST_NEIGHBOURS, MOST_TILED_POINTS, NoSurface, PointGraph, Stage,
+    TileError, TileShelf, TileShelfFailure, TiledGraph, TiledSurface,
 };
 pub use local::{FacetChanges, LocalSurface, MOST_POINTS, SurfaceByPlace, TooManyPoints, local};
 pub use natural::{NATURAL_BOUND, Natural, natural};

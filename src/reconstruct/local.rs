@@ -13,7 +13,7 @@ mod making;
 mod mend;
 mod near_lists;
 pub(crate) mod normals;
-mod place_tree;
+pub(crate) mod place_tree;
 mod ring;
 mod star;
 mod stars;

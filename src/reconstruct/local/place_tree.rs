@@ -16,17 +16,17 @@ use asphera_geometry::{BoxMm, PointMm};
 use self::plan::{Plan, halved};
 pub(super) use self::queries::Ball;
 use self::sights::SIGHTS;
-pub(super) use self::sights::Sight;
+pub(crate) use self::sights::Sight;
 use crate::geometry::joined;
 use crate::neighbours::{Near, by_coordinates};
 use crate::surface::Numbered;
 
 /// The tree.
 #[derive(Clone, Debug, Default)]
-pub(super) struct PlaceTree {
+pub(crate) struct PlaceTree {
     points_mm: Vec<PointMm>,
     /// Numbers of the points as they came.
-    pub(super) ids: Vec<u32>,
+    pub(crate) ids: Vec<u32>,
     leaf_of: Vec<u32>,
     /// The first is the root, where there is a point.
     nodes: Vec<Node>,
@@ -58,33 +58,33 @@ type Cell = BoxMm;
 
 /// The new points of a leaf.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct NewInLeaf {
-    pub(super) from: u32,
-    pub(super) to: u32,
+pub(crate) struct NewInLeaf {
+    pub(crate) from: u32,
+    pub(crate) to: u32,
 }
 
 impl NewInLeaf {
-    pub(super) fn len(&self) -> u32 {
+    pub(crate) fn len(&self) -> u32 {
         self.to - self.from
     }
 }
 
 /// New points, by numbers of the tree.
 #[derive(Default)]
-pub(super) struct Inserted {
-    pub(super) leaves: Vec<NewInLeaf>,
+pub(crate) struct Inserted {
+    pub(crate) leaves: Vec<NewInLeaf>,
     /// Points at the place of an earlier one, by their own numbers.
-    pub(super) duplicates: Vec<u32>,
+    pub(crate) duplicates: Vec<u32>,
 }
 
 impl PlaceTree {
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.points_mm.len()
     }
 
     /// The nearest first; of equal distances the smaller coordinates.
     #[inline]
-    pub(super) fn order(&self, a: &Near, b: &Near) -> Ordering {
+    pub(crate) fn order(&self, a: &Near, b: &Near) -> Ordering {
         // Squares are not negative: they are in the order of their bits.
         a.0.to_bits().cmp(&b.0.to_bits()).then_with(|| {
             by_coordinates(self.points_mm[a.1 as usize], self.points_mm[b.1 as usize])
@@ -92,7 +92,7 @@ impl PlaceTree {
     }
 
     /// Takes points that count as places. Of points in one place the smallest number stays.
-    pub(super) fn insert(&mut self, batch: &mut [Numbered]) -> Inserted {
+    pub(crate) fn insert(&mut self, batch: &mut [Numbered]) -> Inserted {
         let mut inserted = Inserted::default();
         if batch.is_empty() {
             return inserted;

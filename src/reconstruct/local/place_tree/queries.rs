@@ -62,7 +62,7 @@ impl PlaceTree {
 
     /// Gathers the points of leaves that lie within a distance of a box, as its square, near ones first; gives `false` where it
     /// stopped at `most`.
-    pub(in crate::local) fn gather(
+    pub(crate) fn gather(
         &self,
         own: &BoxMm,
         limit_mm2: f64,
@@ -149,7 +149,7 @@ impl PlaceTree {
     }
 
     /// The widest side of the points about a point: of its leaf, or of the first box above it that is one.
-    pub(in crate::local) fn side_mm(&self, at: u32) -> f64 {
+    pub(crate) fn side_mm(&self, at: u32) -> f64 {
         let mut node = self.leaf_of[at as usize];
         loop {
             let Some(Node { bounds, parent, .. }) = self.nodes.get(node as usize) else {
@@ -170,7 +170,7 @@ impl PlaceTree {
     }
 
     /// The box of some points.
-    pub(in crate::local) fn about(&self, points: impl Iterator<Item = u32>) -> BoxMm {
+    pub(crate) fn about(&self, points: impl Iterator<Item = u32>) -> BoxMm {
         BoxMm::about(points.map(|at| self.points_mm[at as usize]))
     }
 }

@@ -7,7 +7,7 @@ use crate::geometry::gap;
 
 /// How far a point sees, for a purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::local) enum Sight {
+pub(crate) enum Sight {
     /// A new place within it may change the plane.
     Plane = 0,
     /// A new place within it may change the star.
@@ -21,12 +21,12 @@ pub(super) const SIGHTS: usize = 3;
 impl PlaceTree {
     /// How far a point sees for any of some purposes, as the square rounded up, mm²: below 0 not at all.
     #[inline]
-    pub(in crate::local) fn sight_mm2(&self, at: u32, which: &[Sight]) -> f64 {
+    pub(crate) fn sight_mm2(&self, at: u32, which: &[Sight]) -> f64 {
         farthest(&self.sights[at as usize], which)
     }
 
     /// Sets how far points see, as squares, mm².
-    pub(in crate::local) fn set_sights(
+    pub(crate) fn set_sights(
         &mut self,
         which: Sight,
         squares_mm2: impl Iterator<Item = (u32, f64)>,
@@ -70,17 +70,12 @@ impl PlaceTree {
     }
 
     /// Whether no point sees anything.
-    pub(in crate::local) fn is_blind(&self, which: &[Sight]) -> bool {
+    pub(crate) fn is_blind(&self, which: &[Sight]) -> bool {
         self.nodes.first().is_none_or(|root| farthest(&root.sights, which) < 0.0)
     }
 
     /// Calls with every point of leaves that may see a place of a box.
-    pub(in crate::local) fn seeing(
-        &self,
-        which: &[Sight],
-        box_mm: &BoxMm,
-        found: &mut impl FnMut(u32),
-    ) {
+    pub(crate) fn seeing(&self, which: &[Sight], box_mm: &BoxMm, found: &mut impl FnMut(u32)) {
         if !self.nodes.is_empty() {
             self.seeing_below(ROOT, which, box_mm, found);
         }

@@ -131,7 +131,7 @@ fn clusters(random: &mut Pcg64) -> Vec<PointMm> {
 }
 
 /// Batches of random sizes, and some of one point and of none.
-fn batch_sizes(random: &mut Pcg64, mut left: usize, most: usize) -> Vec<usize> {
+pub(crate) fn batch_sizes(random: &mut Pcg64, mut left: usize, most: usize) -> Vec<usize> {
     let mut sizes = Vec::new();
     while left > 0 {
         let size = (random.next_u64() as usize % (most + 1)).min(left);

@@ -11,6 +11,7 @@ mod complexes;
 mod delaunay;
 mod graph;
 mod invariance;
+mod live;
 mod peers;
 mod proof;
 mod put_back;
