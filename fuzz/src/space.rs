@@ -1,12 +1,13 @@
 //! Clouds in space a fuzzer can draw, and what must hold for every surface through them.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
 use asphera_geometry::{PointMm, TINY_MM};
 use asphera_reconstruct::{
-    Delaunay, GraphChoices, LeftOut, LocalSurface, PointGraph, Reconstruction, Unsound,
+    Delaunay, FaceRule, GraphChoices, LandmarkOrder, LeftOut, LiveGraph, LocalSurface, PointGraph,
+    Reconstruction, TileShelf, TileShelfFailure, TiledGraph, Unsound,
     alpha_shape, check_delaunay, cocone, convection, loc_cocone, local, natural, prove,
     robust_cocone, sculpture, super_cocone, tangential, wrap,
 };
@@ -124,13 +125,9 @@ const METHODS: [(&str, Method); 11] = [
     ("alpha", |points, size| words(alpha_shape(points, size as f64 / 8.0)).map(|it| it.surface)),
     ("cocone", |points, _| words(cocone(points)).map(|it| it.surface)),
     ("convection", |points, _| words(convection(points))),
-    ("graph", |points, size| {
-        let graph = words(PointGraph::new(points, 1 + size % 20, &mut |_| {}))?;
-        let choices = GraphChoices {
-            hops: 1 + (size % 4) as u8,
-            threshold: (size / 64) as u32,
-            ..GraphChoices::default()
-        };
+    (GRAPH, |points, size| {
+        let (neighbours, choices) = graph_choices(size);
+        let graph = words(PointGraph::new(points, neighbours, &mut |_| {}))?;
         words(graph.surface(&choices, &mut |_| {})).map(|it| it.reconstruction)
     }),
     ("loccocone", |points, size| words(loc_cocone(points, 8 + size)).map(|it| it.cocone.surface)),
@@ -143,6 +140,13 @@ const METHODS: [(&str, Method); 11] = [
     ("tangential", |points, _| words(tangential(points)).map(|it| it.surface)),
     ("wrap", |points, _| words(wrap(points, None)).map(|it| it.surface)),
 ];
+
+const GRAPH: &str = "graph";
+
+fn graph_choices(size: usize) -> (usize, GraphChoices) {
+    let (hops, threshold) = (1 + (size % 4) as u8, (size / 64) as u32);
+    (1 + size % 20, GraphChoices { hops, threshold, ..GraphChoices::default() })
+}
 
 /// Words of a refusal, which must be short and readable.
 fn words<T, E: std::fmt::Display>(made: Result<T, E>) -> Result<T, String> {
@@ -161,6 +165,9 @@ pub fn hold(cloud: &Cloud) {
     of_local(&places, &backwards, &cloud.batches);
     let (name, method) = METHODS[usize::from(cloud.method) % METHODS.len()];
     let size = usize::from(cloud.size);
+    if name == GRAPH {
+        of_graph(&places, size, &cloud.batches);
+    }
     match (method(&places, size), method(&backwards, size)) {
         (Ok(found), Ok(other)) => {
             is_of(&places, &found, name);
@@ -217,6 +224,53 @@ fn of_local(places: &[PointMm], backwards: &[PointMm], batches: &[u8]) {
     assert_eq!(surface.surface(), expected);
     let other = TWO_THREADS.install(|| local(backwards)).expect("few points");
     assert_eq!(by_places(places, &expected), by_places(backwards, &other));
+}
+
+/// The graph method in batches and by tiles gives what it gives of all points.
+fn of_graph(places: &[PointMm], size: usize, batches: &[u8]) {
+    let (neighbours, sweep) = graph_choices(size);
+    let priority = GraphChoices { order: LandmarkOrder::Priority, ..sweep };
+    let mut live = LiveGraph::new(neighbours, priority.hops).expect("numbers within range");
+    let mut left = places;
+    let sizes = batches.iter().map(|&size| usize::from(size));
+    for size in sizes.chain(std::iter::once(places.len())) {
+        let (batch, after) = left.split_at(left.len().min(size));
+        live.insert(batch).expect("few points");
+        left = after;
+    }
+    let graph = PointGraph::new(places, neighbours, &mut |_| {}).expect("numbers within range");
+    let at_once = |choices| graph.surface(choices, &mut |_| {}).expect("numbers within range");
+    assert_eq!(live.surface(priority.threshold, FaceRule::Filled), at_once(&priority));
+
+    let mut tiles = TiledGraph::new(Pieces::default(), neighbours, 1 + size % 70).expect("numbers");
+    tiles.take(places).expect("a shelf that holds");
+    let found = tiles.surface(&sweep, &mut |_| {}).expect("a shelf that holds");
+    let mut expected = at_once(&sweep);
+    expected.map.cells.clear();
+    assert_eq!((found.map, found.no_surface), (expected.map, expected.no_surface));
+    let numbers = |facet: &[u32; 3]| facet.map(|corner| found.numbers[corner as usize]);
+    let facets: Vec<[u32; 3]> = found.facets.iter().map(numbers).collect();
+    assert_eq!(facets, expected.reconstruction.facets);
+}
+
+/// Pieces of tiles in memory.
+#[derive(Default)]
+struct Pieces(BTreeMap<u32, Vec<u8>>);
+
+impl TileShelf for Pieces {
+    fn put(&mut self, piece: u32, bytes: &[u8]) -> Result<(), TileShelfFailure> {
+        self.0.insert(piece, bytes.to_vec());
+        Ok(())
+    }
+
+    fn get(&mut self, piece: u32, bytes: &mut Vec<u8>) -> Result<(), TileShelfFailure> {
+        bytes.clone_from(self.0.get(&piece).ok_or("no such piece")?);
+        Ok(())
+    }
+
+    fn forget(&mut self, piece: u32) {
+        self.0.remove(&piece);
+    }
 }
 
 static TWO_THREADS: LazyLock<ThreadPool> =

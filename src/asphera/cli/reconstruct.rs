@@ -130,7 +130,7 @@ pub(super) fn run(args: &ReconstructArgs) -> Result<Exit, Failure> {
     }
     if args.method != MethodName::Graph && args.graph.is_asked() {
         return Err(
-            "--kappa, --hops, --threshold, --faces, --order, --put-back, --tiles and --sweep belong to --method graph; add it"
+            "--kappa, --hops, --threshold, --faces, --order, --put-back, --tiles, --batch and --sweep belong to --method graph; add it"
                 .into(),
         );
     }

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use asphera_geometry::PointMm;
 use asphera_link::Nanos;
 use asphera_reconstruct::{
-    FaceRule, GraphChoices, GraphMap, GraphSurface, LandmarkOrder, PointGraph, Stage, TileError,
-    TileShelf, TiledGraph,
+    FaceRule, GraphChoices, GraphMap, GraphSurface, LandmarkOrder, LiveGraph, PointGraph, Stage,
+    TileError, TileShelf, TiledGraph,
 };
 use clap::{Args, ValueEnum};
 use serde::Serialize;
@@ -38,6 +38,10 @@ pub(super) struct GraphArgs {
     /// too. A binary PLY file is read piece by piece. -o writes the landmarks only.
     #[arg(long, value_name = "MB", conflicts_with_all = ["put_back", "sweep", "compare"], value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     tiles: Option<u32>,
+    /// Of --method graph with --order priority: take points so many at a time, in the order of the file. The map of landmarks is current after
+    /// each batch, and the same at the end. Stages tell how long a batch takes.
+    #[arg(long, value_name = "N", conflicts_with_all = ["put_back", "sweep", "compare", "tiles"], value_parser = clap::value_parser!(u32).range(1..))]
+    batch: Option<u32>,
     /// Of --method graph: print a table of surfaces for several --hops and --threshold.
     #[arg(long)]
     sweep: bool,
@@ -69,6 +73,7 @@ impl GraphArgs {
         self.sweep
             || self.put_back
             || self.tiles.is_some()
+            || self.batch.is_some()
             || self.kappa != KAPPA
             || self.choices() != GraphChoices::default()
     }
@@ -105,6 +110,9 @@ impl GraphArgs {
         points_mm: &[PointMm],
         clock: &Clock,
     ) -> Result<(GraphSurface, GraphStages), Failure> {
+        if let Some(size) = self.batch {
+            return self.in_batches(points_mm, size as usize, clock);
+        }
         let mut stages = Stages::new(clock);
         let graph =
             PointGraph::new(points_mm, self.kappa.into(), &mut |stage| stages.enter(stage))?;
@@ -113,6 +121,31 @@ impl GraphArgs {
             found.reconstruction = graph.put_back(&found, &mut |stage| stages.enter(stage));
         }
         Ok((found, stages.end()))
+    }
+
+    /// The surface of points that are taken in batches.
+    fn in_batches(
+        &self,
+        points_mm: &[PointMm],
+        size: usize,
+        clock: &Clock,
+    ) -> Result<(GraphSurface, GraphStages), Failure> {
+        let GraphChoices { hops, threshold, order, faces } = self.choices();
+        if order != LandmarkOrder::Priority {
+            return Err("landmarks along the sweep change all over with a further point: --batch needs --order priority".into());
+        }
+        let mut graph = LiveGraph::new(self.kappa.into(), hops)?;
+        let mut batches_s = Vec::with_capacity(points_mm.len().div_ceil(size));
+        for batch in points_mm.chunks(size) {
+            let since = clock.now();
+            graph.insert(batch)?;
+            batches_s.push(clock.now().since(since).as_secs_f64());
+        }
+        let mut stages = Stages::new(clock);
+        stages.enter(Stage::Faces);
+        let found = graph.surface(threshold, faces);
+        let batches = Some(BatchStages::of(batches_s));
+        Ok((found, GraphStages { batches, ..stages.end() }))
     }
 
     /// Surfaces of one graph: hops with the threshold asked for, thresholds with the hops asked for.
@@ -148,17 +181,57 @@ pub(super) struct GraphStages {
     map: f64,
     faces: f64,
     triangles: f64,
+    /// With --batch only: what comes before faces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    batches: Option<BatchStages>,
     /// With --put-back only.
     #[serde(skip_serializing_if = "Option::is_none")]
     put_back: Option<f64>,
 }
 
+/// Seconds of batches, the map current after each.
+#[derive(Debug, Serialize)]
+struct BatchStages {
+    count: usize,
+    total: f64,
+    median: f64,
+    p99: f64,
+    longest: f64,
+}
+
+impl BatchStages {
+    fn of(mut batches_s: Vec<f64>) -> BatchStages {
+        batches_s.sort_unstable_by(f64::total_cmp);
+        let at = |share: f64| {
+            let place = (share * batches_s.len() as f64).ceil() as usize;
+            batches_s.get(place.saturating_sub(1)).copied().unwrap_or_default()
+        };
+        BatchStages {
+            count: batches_s.len(),
+            total: batches_s.iter().sum(),
+            median: at(0.5),
+            p99: at(0.99),
+            longest: at(1.0),
+        }
+    }
+}
+
 impl GraphStages {
     /// A line of milliseconds.
     pub(super) fn line(&self) -> String {
-        let GraphStages { tree, neighbours, landmarks, cells, map, faces, triangles, put_back } =
-            self;
+        let GraphStages { tree, neighbours, landmarks, cells, map, faces, triangles, .. } = self;
+        let GraphStages { batches, put_back, .. } = self;
         let ms = |seconds: &f64| format!("{:.1}", 1e3 * seconds);
+        if let Some(BatchStages { count, total, median, p99, longest }) = batches {
+            return format!(
+                "{count} batches {}, each {} (p99 {}, longest {}), surface {} ms",
+                ms(total),
+                ms(median),
+                ms(p99),
+                ms(longest),
+                ms(faces)
+            );
+        }
         let put_back = put_back.as_ref().map(|seconds| format!(", put back {}", ms(seconds)));
         format!(
             "tree {}, neighbours {}, landmarks {}, cells {}, map {}, faces {}, triangles {}{} ms",

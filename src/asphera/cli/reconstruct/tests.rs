@@ -287,3 +287,27 @@ fn tiles_give_the_surface_of_memory_and_their_number() {
     };
     assert!(refused.to_string().contains("leave the order of priority out"), "{refused}");
 }
+
+#[test]
+fn batches_give_the_surface_of_all_points_by_priority_and_their_times() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("ball.ply");
+    written::write(&file, &ball(40), &[]).unwrap();
+    let made = |more: &[&str]| {
+        let words = ["asphera", "reconstruct", file.to_str().unwrap(), "--method", "graph"];
+        let cli = Cli::try_parse_from(words.iter().chain(more)).unwrap();
+        let Command::Reconstruct(args) = cli.command else { panic!("another command") };
+        made(&args)
+    };
+    let (_, _, expected) = made(&["--order", "priority"]).unwrap();
+    let (report, points, facets) = made(&["--order", "priority", "--batch", "500"]).unwrap();
+    assert_eq!(facets, expected);
+    let stages = &serde_json::to_value(&report).unwrap()["mesh"]["reconstruction"]["stages_s"];
+    assert_eq!(stages["batches"]["count"], points.len().div_ceil(500));
+    let seconds = |name: &str| stages["batches"][name].as_f64().unwrap();
+    assert!(0.0 < seconds("median") && seconds("median") <= seconds("p99"));
+    assert!(seconds("p99") <= seconds("longest") && seconds("longest") < seconds("total"));
+    assert!(report.summary().contains(" batches "), "{}", report.summary());
+    let Err(refused) = made(&["--batch", "500"]) else { panic!("batches along the sweep") };
+    assert!(refused.to_string().contains("--batch needs --order priority"), "{refused}");
+}

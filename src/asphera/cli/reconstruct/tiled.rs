@@ -2,10 +2,9 @@
 
 use std::fs::File;
 use std::io::Read as _;
-use std::path::Path;
 
 use asphera_formats::ply::VertexRecords;
-use asphera_reconstruct::{Reconstruction, Stage, TileError, TiledGraph, prove};
+use asphera_reconstruct::{Reconstruction, Stage, TiledGraph, prove};
 
 use super::figures::ReconstructReport;
 use super::graph::Stages;

@@ -107,8 +107,9 @@ impl<'a, S: TileShelf> Walk<'a, S> {
 
     /// The owner of a point: the first of those of its neighbours that are a hop nearer to their landmarks.
     fn settled(&mut self, rank: u32, near: &mut Vec<u32>) -> Result<u32, TileError> {
-        if *self.owner(rank)? != NO_OWNER {
-            return Ok(*self.owner(rank)?);
+        let found = *self.owner(rank)?;
+        if found != NO_OWNER {
+            return Ok(found);
         }
         self.waiting.clear();
         self.waiting.push(rank);

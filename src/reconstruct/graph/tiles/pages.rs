@@ -42,15 +42,15 @@ impl<P: Page> Pages<P> {
     ) -> Result<&mut P, TileError> {
         self.now += 1;
         self.asked[tile] = self.now;
-        let page = match self.pages[tile].take() {
-            Some(page) => page,
-            None => self.load(tile, shelf)?,
-        };
-        Ok(self.pages[tile].insert(page))
+        if self.pages[tile].is_none() {
+            self.load(tile, shelf)?;
+        }
+        let missing = || TileError::Shelf("a tile that was not loaded".into());
+        self.pages[tile].as_mut().ok_or_else(missing)
     }
 
     #[cold]
-    fn load(&mut self, tile: usize, shelf: &mut Shelved<impl TileShelf>) -> Result<P, TileError> {
+    fn load(&mut self, tile: usize, shelf: &mut Shelved<impl TileShelf>) -> Result<(), TileError> {
         if self.loaded.len() == self.most {
             let longest = (0..self.most).min_by_key(|&at| self.asked[self.loaded[at]]);
             let oldest = self.loaded.swap_remove(longest.unwrap_or(0));
@@ -59,7 +59,8 @@ impl<P: Page> Pages<P> {
             }
         }
         self.loaded.push(tile);
-        P::load(shelf, &self.pieces[tile])
+        self.pages[tile] = Some(P::load(shelf, &self.pieces[tile])?);
+        Ok(())
     }
 }
 

@@ -22,7 +22,7 @@ fn assert_same(live: &LiveGraph, points: &[PointMm], kappa: usize, choices: &Gra
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(6))]
+    #![proptest_config(ProptestConfig::with_cases(4))]
 
     #[test]
     fn after_every_batch_the_map_is_that_of_all_points(seed in 0_u64..100_000) {
@@ -47,7 +47,7 @@ proptest! {
                 live.insert(&points[count..count + size]).unwrap();
                 count += size;
                 since += size;
-                if since > 60 || most == 10 && count < 80 || count == points.len() {
+                if since > 150 || most == 10 && count < 80 || count == points.len() {
                     since = 0;
                     assert_same(&live, &points[..count], kappa, &choices);
                 }
