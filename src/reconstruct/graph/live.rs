@@ -99,18 +99,12 @@ impl LiveGraph {
         let changes = self.edges.take(&mut self.tree, &inserted);
         let LiveGraph { edges, cover, cells, .. } = self;
         cells.begin(self.tree.len());
-        let near = cover.landmarks_near(edges, changes.ends());
-        for &landmark in &near {
-            cover.count(edges, landmark, false, &mut |point| cells.doubt(point));
-        }
         let linked = edges.change(&changes);
         cover.grow(self.tree.points_mm());
-        for &landmark in &near {
-            cover.count(edges, landmark, true, &mut |point| cells.doubt(point));
-        }
+        cover.mend(edges, (&changes, &linked), &mut |point| cells.doubt(point));
         let doubts = cells.doubts().to_vec();
         cover.decide(edges, doubts.into_iter(), &mut |point| cells.doubt(point));
-        cells.settle(edges, cover);
+        cells.settle(cover);
         cells.touch(edges, &linked, &mut self.marks);
         Ok(())
     }

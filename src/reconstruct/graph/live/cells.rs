@@ -55,54 +55,13 @@ impl Cells {
         &self.doubts
     }
 
-    /// Finds the cells of points in doubt: from landmarks among them and from the cells about them, ring by ring.
-    pub(super) fn settle(&mut self, edges: &Edges, cover: &Cover) {
-        let mut rings = vec![Vec::new(); usize::from(cover.apart()) + 1];
+    /// Finds the cells of points in doubt.
+    pub(super) fn settle(&mut self, cover: &Cover) {
         for &point in &self.doubts {
-            self.hops[point as usize] = FAR;
+            let (owner, hops) = cover.nearest(point).unwrap_or((NO_OWNER, FAR));
+            self.owners[point as usize] = owner;
+            self.hops[point as usize] = hops;
         }
-        for &point in &self.doubts {
-            if cover.is_landmark(point) {
-                rings[0].push(point);
-                continue;
-            }
-            let settled = edges.at(point).iter().filter(|&&near| !self.doubted.has(near));
-            if let Some(least) = settled.map(|&near| self.hops[near as usize]).min()
-                && usize::from(least) + 1 < rings.len()
-            {
-                rings[usize::from(least) + 1].push(point);
-            }
-        }
-        for distance in 0..rings.len() {
-            for point in std::mem::take(&mut rings[distance]) {
-                if self.hops[point as usize] != FAR {
-                    continue;
-                }
-                self.hops[point as usize] = distance as u8;
-                self.owners[point as usize] = match distance {
-                    0 => point,
-                    _ => self.first_owner(edges, cover, point, distance as u8 - 1),
-                };
-                if let Some(next) = rings.get_mut(distance + 1) {
-                    let near = edges.at(point).iter().copied();
-                    next.extend(near.filter(|&near| self.hops[near as usize] == FAR));
-                }
-            }
-        }
-    }
-
-    /// The first of the owners of the neighbours at a distance.
-    fn first_owner(&self, edges: &Edges, cover: &Cover, point: u32, distance: u8) -> u32 {
-        let inner = edges.at(point).iter().filter(|&&near| self.hops[near as usize] == distance);
-        let mut first = NO_OWNER;
-        for &near in inner {
-            let owner = self.owners[near as usize];
-            let is_first = || cover.rank(owner) < cover.rank(first);
-            if owner != first && (first == NO_OWNER || is_first()) {
-                first = owner;
-            }
-        }
-        first
     }
 
     /// Counts anew where cells touch. `linked` gives the neighbours before of points that have others now.

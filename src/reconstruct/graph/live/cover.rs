@@ -1,19 +1,21 @@
-//! Landmarks, kept up while edges come and go.
+//! Landmarks and the hops to them, kept up while edges come and go.
 //!
-//! A point is a landmark where none before it in the order lies fewer than k hops away: it is covered by no earlier one. So for every
-//! point the earlier landmarks that near are counted. A change of the graph counts anew about the landmarks near it. Then points
-//! are decided again in their order. Each that changes its mind changes the counts of later points alone.
+//! Every point knows the landmarks fewer than k hops away, and how far they are: a label each, two on the average. A change of edges
+//! mends labels ring by ring, where hops change and nowhere else (as S. Even, Y. Shiloach, An on-line edge-deletion problem, 1981, for one tree).
+//!
+//! A point is a landmark where none before it in the order lies that near. After labels have changed, points are decided again in their
+//! order. Each that changes its mind changes labels of points near it, and so the minds of later ones alone.
 
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
 use asphera_geometry::PointMm;
 
-use super::near::Edges;
-use crate::graph::landmarks::hash;
+use super::near::{Before, EdgeChanges, Edges};
+use crate::graph::landmarks::{FAR, hash};
 use crate::neighbours::by_coordinates;
 
-/// Which points are landmarks.
+/// Which points are landmarks, and how far they are.
 #[derive(Clone, Debug)]
 pub(super) struct Cover {
     /// Landmarks are at least so many hops apart.
@@ -21,13 +23,21 @@ pub(super) struct Cover {
     /// Where each point is in the order.
     ranks: Vec<Rank>,
     is_landmark: Vec<bool>,
-    /// For each point the landmarks before it that are fewer than `apart` hops away.
-    counts: Vec<u32>,
-    marks: Marks,
-    ring: Vec<u32>,
-    next: Vec<u32>,
+    /// For each point all landmarks that are fewer than `apart` hops away, in no order.
+    labels: Vec<Vec<Label>>,
+    /// Room for points near a landmark.
     ball: Vec<u32>,
 }
+
+/// A landmark, and hops to it.
+#[derive(Clone, Copy, Debug)]
+struct Label {
+    landmark: u32,
+    hops: u8,
+}
+
+/// Points whose labels of a landmark are to be mended, by hops.
+type Rings = Vec<Vec<[u32; 2]>>;
 
 /// A place in the order of priority.
 #[derive(Clone, Copy, Debug)]
@@ -91,27 +101,15 @@ impl Marks {
 
 impl Cover {
     pub(super) fn new(apart: u8) -> Cover {
-        Cover {
-            apart,
-            ranks: Vec::new(),
-            is_landmark: Vec::new(),
-            counts: Vec::new(),
-            marks: Marks::default(),
-            ring: Vec::new(),
-            next: Vec::new(),
-            ball: Vec::new(),
-        }
+        let (ranks, is_landmark, labels, ball) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Cover { apart, ranks, is_landmark, labels, ball }
     }
 
-    pub(super) fn apart(&self) -> u8 {
-        self.apart
-    }
-
-    pub(super) fn is_landmark(&self, point: u32) -> bool {
+    fn is_landmark(&self, point: u32) -> bool {
         self.is_landmark[point as usize]
     }
 
-    pub(super) fn rank(&self, point: u32) -> &Rank {
+    fn rank(&self, point: u32) -> &Rank {
         &self.ranks[point as usize]
     }
 
@@ -128,58 +126,105 @@ impl Cover {
         let new = &places_mm[self.ranks.len()..];
         self.ranks.extend(new.iter().map(|&place| Rank::of(place)));
         self.is_landmark.resize(places_mm.len(), false);
-        self.counts.resize(places_mm.len(), 0);
+        self.labels.resize(places_mm.len(), Vec::new());
     }
 
-    /// Points at most so many hops from some, these included, into `ball`.
-    fn fill_ball(&mut self, edges: &Edges, from: impl Iterator<Item = u32>, hops: u8) {
-        let Cover { marks, ring, next, ball, .. } = self;
-        marks.clear(self.ranks.len());
-        ball.clear();
-        ball.extend(from.filter(|&point| marks.mark(point)));
-        ring.clone_from(ball);
-        for _ in 0..hops {
-            next.clear();
-            for &inner in &*ring {
-                next.extend(edges.at(inner).iter().copied().filter(|&outer| marks.mark(outer)));
+    /// The nearest landmark of a point and hops to it; of several as near the first in the order.
+    pub(super) fn nearest(&self, point: u32) -> Option<(u32, u8)> {
+        let labels = self.labels[point as usize].iter();
+        let order = |a: &&Label, b: &&Label| {
+            a.hops.cmp(&b.hops).then_with(|| self.rank(a.landmark).cmp(self.rank(b.landmark)))
+        };
+        labels.min_by(order).map(|label| (label.landmark, label.hops))
+    }
+
+    #[inline]
+    fn hops(&self, point: u32, landmark: u32) -> u8 {
+        let labels = &self.labels[point as usize];
+        labels.iter().find(|label| label.landmark == landmark).map_or(FAR, |label| label.hops)
+    }
+
+    /// Sets the hops from a point to a landmark; [`FAR`] takes the label off.
+    fn set_hops(&mut self, point: u32, landmark: u32, hops: u8) {
+        let labels = &mut self.labels[point as usize];
+        match labels.iter().position(|label| label.landmark == landmark) {
+            Some(at) if hops == FAR => {
+                labels.swap_remove(at);
             }
-            ball.extend_from_slice(next);
-            std::mem::swap(ring, next);
+            Some(at) => labels[at].hops = hops,
+            None => labels.push(Label { landmark, hops }),
         }
     }
 
-    /// The landmarks whose surroundings a change of edges with such ends may change. Before the change.
-    pub(super) fn landmarks_near(
+    /// Mends labels after edges have changed; `met` is called with all points that have others.
+    pub(super) fn mend(
         &mut self,
         edges: &Edges,
-        ends: impl Iterator<Item = u32>,
-    ) -> Vec<u32> {
-        // Of landmarks one hop apart nothing lies between.
-        let Some(hops) = self.apart.checked_sub(2) else { return Vec::new() };
-        let held = self.ranks.len() as u32;
-        self.fill_ball(edges, ends.filter(|&end| end < held), hops);
-        self.ball.iter().copied().filter(|&point| self.is_landmark(point)).collect()
-    }
-
-    /// Counts a landmark at all later points near it, or counts it no more; `met` is called with all points near it.
-    pub(super) fn count(
-        &mut self,
-        edges: &Edges,
-        landmark: u32,
-        counts: bool,
+        (changes, linked): (&EdgeChanges, &Before),
         met: &mut impl FnMut(u32),
     ) {
-        self.fill_ball(edges, std::iter::once(landmark), self.apart - 1);
-        for &point in &self.ball {
-            if self.ranks[landmark as usize] < self.ranks[point as usize] {
-                let count = &mut self.counts[point as usize];
-                *count = if counts { *count + 1 } else { *count - 1 };
+        let mut rings: Rings = vec![Vec::new(); usize::from(self.apart)];
+        for &point in linked.keys() {
+            for label in &self.labels[point as usize] {
+                rings[usize::from(label.hops)].push([label.landmark, point]);
             }
-            met(point);
+        }
+        for &[start, end] in &changes.won {
+            for [from, to] in [[start, end], [end, start]] {
+                for &Label { landmark, hops } in &self.labels[from as usize] {
+                    if hops + 1 < self.apart && self.hops(to, landmark) > hops + 1 {
+                        rings[usize::from(hops) + 1].push([landmark, to]);
+                    }
+                }
+            }
+        }
+        for hops in 0..self.apart {
+            for [landmark, point] in std::mem::take(&mut rings[usize::from(hops)]) {
+                self.mend_at(edges, [landmark, point], hops, &mut rings, met);
+            }
         }
     }
 
-    /// Decides points again, in their order; `met` is called with all points near those that change.
+    /// Mends the label of a point that may be so many hops from a landmark. All labels of fewer hops are right.
+    fn mend_at(
+        &mut self,
+        edges: &Edges,
+        [landmark, point]: [u32; 2],
+        hops: u8,
+        rings: &mut Rings,
+        met: &mut impl FnMut(u32),
+    ) {
+        let before = self.hops(point, landmark);
+        if before < hops {
+            return;
+        }
+        let is_before = |near: &u32| hops > 0 && self.hops(*near, landmark) == hops - 1;
+        let is_held = point == landmark || edges.at(point).iter().any(is_before);
+        if is_held == (before == hops) {
+            return;
+        }
+        let next = hops + 1;
+        // Without a neighbour that is nearer, it may be one hop farther, and so may those beyond it.
+        let set = match is_held {
+            true => hops,
+            false if next < self.apart => next,
+            false => FAR,
+        };
+        self.set_hops(point, landmark, set);
+        met(point);
+        let Some(ring) = rings.get_mut(usize::from(next)) else { return };
+        if !is_held {
+            ring.push([landmark, point]);
+        }
+        for &near in edges.at(point) {
+            let found = self.hops(near, landmark);
+            if if is_held { found > next } else { found == next } {
+                ring.push([landmark, near]);
+            }
+        }
+    }
+
+    /// Decides points again, in their order; `met` is called with all points that have other labels.
     pub(super) fn decide(
         &mut self,
         edges: &Edges,
@@ -195,14 +240,61 @@ impl Cover {
             }
             let is_chosen = !self.is_landmark(point);
             self.is_landmark[point as usize] = is_chosen;
-            self.count(edges, point, is_chosen, met);
+            match is_chosen {
+                true => self.spread(edges, point),
+                false => self.withdraw(edges, point),
+            }
+            self.ball.iter().for_each(|&point| met(point));
             let later = self.ball.iter().filter(|&&other| self.is_wrong(other));
             waiting.extend(later.map(|&other| Reverse((self.ranks[other as usize], other))));
         }
     }
 
+    /// Gives the points near a landmark its label, and notes them.
+    fn spread(&mut self, edges: &Edges, landmark: u32) {
+        let mut ball = std::mem::take(&mut self.ball);
+        ball.clear();
+        ball.push(landmark);
+        self.set_hops(landmark, landmark, 0);
+        let mut ring = 0..1;
+        for hops in 1..self.apart {
+            for at in ring.clone() {
+                for &near in edges.at(ball[at]) {
+                    if self.hops(near, landmark) == FAR {
+                        self.labels[near as usize].push(Label { landmark, hops });
+                        ball.push(near);
+                    }
+                }
+            }
+            ring = ring.end..ball.len();
+        }
+        self.ball = ball;
+    }
+
+    /// Takes the label of a landmark off all points, and notes them.
+    fn withdraw(&mut self, edges: &Edges, landmark: u32) {
+        let mut ball = std::mem::take(&mut self.ball);
+        ball.clear();
+        ball.push(landmark);
+        self.set_hops(landmark, landmark, FAR);
+        let mut at = 0;
+        while let Some(&point) = ball.get(at) {
+            at += 1;
+            for &near in edges.at(point) {
+                if self.hops(near, landmark) != FAR {
+                    self.set_hops(near, landmark, FAR);
+                    ball.push(near);
+                }
+            }
+        }
+        self.ball = ball;
+    }
+
     /// Whether a point is a landmark and must not be, or the other way round.
     fn is_wrong(&self, point: u32) -> bool {
-        self.is_landmark(point) != (self.counts[point as usize] == 0)
+        let own = self.rank(point);
+        let mut others = self.labels[point as usize].iter().map(|label| label.landmark);
+        let is_covered = others.any(|other| other != point && self.rank(other) < own);
+        self.is_landmark(point) == is_covered
     }
 }

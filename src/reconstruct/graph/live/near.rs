@@ -28,14 +28,7 @@ pub(super) struct Edges {
 pub(super) struct EdgeChanges {
     /// Pairs of which the first lost or won the second as one of its nearest.
     lost: Vec<[u32; 2]>,
-    won: Vec<[u32; 2]>,
-}
-
-impl EdgeChanges {
-    /// Ends of what may change, some of them often.
-    pub(super) fn ends(&self) -> impl Iterator<Item = u32> + '_ {
-        self.lost.iter().chain(&self.won).flatten().copied()
-    }
+    pub(super) won: Vec<[u32; 2]>,
 }
 
 /// Neighbours of points before a batch, where it changed them.
