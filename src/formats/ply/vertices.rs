@@ -24,7 +24,10 @@ impl VertexRecords {
     /// # Errors
     ///
     /// Those of [`read`](super::read()) that a header can have.
-    pub fn of(start: &[u8], options: &TextOptions) -> Result<Option<VertexRecords>, ReadError> {
+    pub fn found_in(
+        start: &[u8],
+        options: &TextOptions,
+    ) -> Result<Option<VertexRecords>, ReadError> {
         let has_end = start.windows(END.len()).any(|window| window == END);
         if !super::is_ply(start) || !has_end {
             return Ok(None);
@@ -130,7 +133,7 @@ mod tests {
         for order in ["little", "big"] {
             let bytes = file(order, &numbers);
             let whole: Vec<_> = read(&bytes, &TextOptions::default()).unwrap().points().collect();
-            let records = VertexRecords::of(&bytes[..400], &TextOptions::default());
+            let records = VertexRecords::found_in(&bytes[..400], &TextOptions::default());
             let records = records.unwrap().unwrap();
             assert_eq!((records.count(), records.record_bytes()), (100, 21));
             let body = &bytes[records.first_byte()..];
@@ -155,7 +158,8 @@ mod tests {
     #[test]
     fn other_files_are_taken_whole() {
         let none = |bytes: &[u8]| {
-            VertexRecords::of(bytes, &TextOptions::default()).is_ok_and(|found| found.is_none())
+            VertexRecords::found_in(bytes, &TextOptions::default())
+                .is_ok_and(|found| found.is_none())
         };
         assert!(none(b"1 2 3\n") && none(b"ply\nformat ascii 1.0\n"));
         let text = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
@@ -166,6 +170,6 @@ mod tests {
         assert!(none(binary.replace("float z", "float z\nproperty list uchar int a").as_bytes()));
         assert!(none(binary.replace("vertex 1", "other 0\nelement vertex 1").as_bytes()));
         let header = binary.replace("float z", "float w");
-        assert!(VertexRecords::of(header.as_bytes(), &TextOptions::default()).is_err());
+        assert!(VertexRecords::found_in(header.as_bytes(), &TextOptions::default()).is_err());
     }
 }

@@ -92,7 +92,7 @@ fn take_records(
     }
     let mut bytes = Vec::new();
     file.by_ref().take(MOST_HEADER_BYTES).read_to_end(&mut bytes).map_err(failed)?;
-    let records = VertexRecords::of(&bytes, &args.text.options())
+    let records = VertexRecords::found_in(&bytes, &args.text.options())
         .map_err(|error| format!("{name}: {error}"))?;
     let Some(records) = records else { return Ok(None) };
     bytes.drain(..records.first_byte());
