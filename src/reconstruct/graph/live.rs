@@ -26,7 +26,7 @@ use crate::surface::{LeftOut, Numbered, Reconstruction, as_place, finished};
 /// A graph of neighbours that takes points in batches.
 ///
 /// After every batch it has the landmarks, cells and contacts that [`PointGraph`](super::PointGraph) finds in all points so far by
-/// [`LandmarkOrder::Priority`](super::LandmarkOrder::Priority), bit for bit: batches and threads change nothing. Some 500 bytes a point.
+/// [`LandmarkOrder::Priority`](super::LandmarkOrder::Priority), bit for bit: batches and threads change nothing. Some 450 bytes a point.
 #[derive(Clone, Debug)]
 pub struct LiveGraph {
     received: usize,
