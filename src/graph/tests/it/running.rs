@@ -128,9 +128,11 @@ fn check(points: Vec<Place>, settings: RunningSettings) -> Found {
     found
 }
 
+/// `ASPHERA_TRAYS=500` takes more of them.
 #[test]
 fn trays_have_the_graph_and_the_parts_of_the_whole_file() {
-    for seed in 0..8 {
+    let asked = std::env::var("ASPHERA_TRAYS").ok().and_then(|words| words.parse().ok());
+    for seed in 0..asked.unwrap_or(8) {
         for (axis, is_reversed) in [(0, false), (1, true), (1, false)] {
             let settings = RunningSettings { axis, is_reversed, ..SETTINGS };
             let points = tray(seed, 0.3).points;
