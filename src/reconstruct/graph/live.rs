@@ -139,3 +139,54 @@ impl LiveGraph {
         GraphSurface { reconstruction: Reconstruction { facets, left_out }, map, no_surface }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::neighbours::Neighbours;
+
+    /// Links are those of the definition, and every label is the number of hops to a landmark: none is missing.
+    fn check(live: &LiveGraph, points: &[PointMm], count: usize) {
+        let places = live.tree.points_mm();
+        let tree = Neighbours::of(places.iter().copied().zip(0..).collect());
+        let links = crate::graph::links::Links::of(&tree, count);
+        for at in 0..tree.len() as u32 {
+            let own = tree.ids[at as usize];
+            let expected: BTreeSet<u32> =
+                links.at(at).iter().map(|&near| tree.ids[near as usize]).collect();
+            let found: BTreeSet<u32> = live.edges.at(own).iter().copied().collect();
+            assert_eq!(found, expected, "{own} of {} points", points.len());
+            assert_eq!(live.edges.at(own).len(), found.len());
+        }
+        live.cover.check(&live.edges);
+    }
+
+    #[test]
+    fn links_and_labels_are_those_of_the_definition() {
+        for seed in 0..400_u64 {
+            let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+            let mut below = |count: u64| {
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
+                (state >> 33) % count
+            };
+            let side = [3, 6, 40, 1000][below(4) as usize];
+            let total = 20 + below(150);
+            let points: Vec<PointMm> =
+                (0..total).map(|_| [0, 1, 2].map(|_| below(side) as f64)).collect();
+            let count = [1, 3, 8, 15, 40][below(5) as usize];
+            let hops = [1, 2, 3, 5, 9][below(5) as usize];
+            let mut live = LiveGraph::new(count, hops).unwrap();
+            let mut done = 0;
+            while done < points.len() {
+                let next = (done + 1 + below(30) as usize).min(points.len());
+                live.insert(&points[done..next]).unwrap();
+                done = next;
+                check(&live, &points[..done], count);
+            }
+        }
+    }
+}

@@ -200,7 +200,7 @@ impl Cover {
         }
         let is_before = |near: &u32| hops > 0 && self.hops(*near, landmark) == hops - 1;
         let is_held = point == landmark || edges.at(point).iter().any(is_before);
-        if is_held == (before == hops) {
+        if !is_held && before > hops {
             return;
         }
         let next = hops + 1;
@@ -210,8 +210,11 @@ impl Cover {
             false if next < self.apart => next,
             false => FAR,
         };
-        self.set_hops(point, landmark, set);
-        met(point);
+        if set != before {
+            self.set_hops(point, landmark, set);
+            met(point);
+        }
+        // One that is as far as before may have new neighbours: it was farther, and nearer before that.
         let Some(ring) = rings.get_mut(usize::from(next)) else { return };
         if !is_held {
             ring.push([landmark, point]);
@@ -296,5 +299,41 @@ impl Cover {
         let mut others = self.labels[point as usize].iter().map(|label| label.landmark);
         let is_covered = others.any(|other| other != point && self.rank(other) < own);
         self.is_landmark(point) == is_covered
+    }
+}
+
+#[cfg(test)]
+impl Cover {
+    /// Asserts that labels are hops to landmarks, and that landmarks are the first ones in their order.
+    pub(super) fn check(&self, edges: &Edges) {
+        let mut expected = vec![Vec::new(); self.labels.len()];
+        for landmark in self.landmarks() {
+            let mut hops_of = vec![FAR; self.labels.len()];
+            hops_of[landmark as usize] = 0;
+            let mut ring = vec![landmark];
+            for hops in 0..self.apart {
+                let mut next = Vec::new();
+                for &point in &ring {
+                    expected[point as usize].push((landmark, hops));
+                    for &near in edges.at(point) {
+                        if hops_of[near as usize] == FAR {
+                            hops_of[near as usize] = hops + 1;
+                            next.push(near);
+                        }
+                    }
+                }
+                ring = next;
+            }
+        }
+        for (point, expected) in (0..).zip(&mut expected) {
+            let mut found: Vec<(u32, u8)> = self.labels[point as usize]
+                .iter()
+                .map(|label| (label.landmark, label.hops))
+                .collect();
+            found.sort_unstable();
+            expected.sort_unstable();
+            assert_eq!(&found, expected, "labels of {point}");
+            assert!(!self.is_wrong(point), "{point}");
+        }
     }
 }
