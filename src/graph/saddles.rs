@@ -3,7 +3,7 @@
 //! A gap of the sampling parts a level, too, but its sides join again above it. So does every hole that is small. At a saddle of
 //! the surface the branches go different ways.
 
-use asphera_geometry::Sets;
+use asphera_geometry::{BoundsMm, Sets};
 
 use crate::cloud::{Cloud, CloudError, PlaceId};
 use crate::fine_loops::Wanted;
@@ -146,14 +146,9 @@ fn nearest_pair<const D: usize>(
     mut other: Vec<PlaceId>,
 ) -> Option<[PlaceId; 2]> {
     let all = cloud.places();
-    let (mut low, mut high) = (all[*one.first()? as usize], all[*other.first()? as usize]);
-    for &place in one.iter().chain(&other) {
-        for (axis, &at) in all[place as usize].iter().enumerate() {
-            (low[axis], high[axis]) = (low[axis].min(at), high[axis].max(at));
-        }
-    }
-    let wide = |axis: usize| high[axis] - low[axis];
-    let axis = (1..D).fold(0, |best, axis| if wide(axis) > wide(best) { axis } else { best });
+    let both = one.iter().chain(&other);
+    let size_mm = BoundsMm::about(both.map(|&place| all[place as usize])).size_mm();
+    let axis = (1..D).fold(0, |best, axis| if size_mm[axis] > size_mm[best] { axis } else { best });
     let along = |place: PlaceId| all[place as usize][axis];
     for list in [&mut one, &mut other] {
         list.sort_unstable_by(|&a, &b| along(a).total_cmp(&along(b)).then(a.cmp(&b)));
