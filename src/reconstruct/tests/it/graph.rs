@@ -115,6 +115,21 @@ fn assert_closed(points: &[PointMm], choices: &GraphChoices, genus: i64) {
     assert_eq!(proof.vertices + made.reconstruction.left_out.len(), points.len());
 }
 
+/// Some choices of the graph method, and neighbours of a point.
+pub(crate) fn any_choices(random: &mut Pcg64, order: LandmarkOrder) -> (GraphChoices, usize) {
+    let choices = GraphChoices {
+        hops: one_of(random, &[1, 2, 3, 4, 5, 9]) as u8,
+        threshold: one_of(random, &[0, 2, 7]),
+        order,
+        faces: if one_of(random, &[0, 1]) == 0 { FaceRule::Filled } else { FaceRule::Any },
+    };
+    (choices, one_of(random, &[1, 4, 8, 15, 15, 40]) as usize)
+}
+
+pub(crate) fn one_of(random: &mut Pcg64, choices: &[u32]) -> u32 {
+    choices[random.next_u64() as usize % choices.len()]
+}
+
 /// Points of a torus at random, of equal density.
 pub(crate) fn random_torus(count: usize, seed: u64) -> Vec<PointMm> {
     let mut random = Pcg64::seed_from_u64(seed);

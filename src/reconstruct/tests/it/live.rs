@@ -1,15 +1,13 @@
 //! The graph method in batches: after each, what all points give at once by priority, bit for bit.
 
 use asphera_geometry::PointMm;
-use asphera_reconstruct::{
-    FaceRule, GraphChoices, GraphError, LandmarkOrder, LiveGraph, PointGraph,
-};
+use asphera_reconstruct::{GraphChoices, GraphError, LandmarkOrder, LiveGraph, PointGraph};
 use proptest::prelude::*;
 use rand_core::SeedableRng as _;
 use rand_pcg::Pcg64;
 
 use crate::batches::{CLOUDS, batch_sizes};
-use crate::graph::random_torus;
+use crate::graph::{any_choices, one_of, random_torus};
 use crate::shapes::{ball, shuffle, torus};
 
 fn assert_same(live: &LiveGraph, points: &[PointMm], kappa: usize, choices: &GraphChoices) {
@@ -32,15 +30,8 @@ proptest! {
             if random.next_u64() % 2 == 0 {
                 shuffle(&mut points, seed);
             }
-            let mut one_of = |choices: &[u32]| choices[random.next_u64() as usize % choices.len()];
-            let choices = GraphChoices {
-                hops: one_of(&[1, 2, 3, 4, 5, 9]) as u8,
-                threshold: one_of(&[0, 2, 7]),
-                order: LandmarkOrder::Priority,
-                faces: if one_of(&[0, 1]) == 0 { FaceRule::Filled } else { FaceRule::Any },
-            };
-            let kappa = one_of(&[1, 4, 8, 15, 15, 40]) as usize;
-            let most = one_of(&[1, 10, 60, 300, 2_000]) as usize;
+            let (choices, kappa) = any_choices(&mut random, LandmarkOrder::Priority);
+            let most = one_of(&mut random, &[1, 10, 60, 300, 2_000]) as usize;
             let mut live = LiveGraph::new(kappa, choices.hops).unwrap();
             let (mut count, mut since) = (0, 0);
             for size in batch_sizes(&mut random, points.len(), most) {

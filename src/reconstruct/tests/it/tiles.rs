@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use asphera_geometry::PointMm;
 use asphera_reconstruct::{
-    FaceRule, GraphChoices, GraphError, LandmarkOrder, LeftOut, PointGraph, TileError, TileShelf,
+    GraphChoices, GraphError, LandmarkOrder, LeftOut, PointGraph, TileError, TileShelf,
     TileShelfFailure, TiledGraph, TiledSurface,
 };
 use proptest::prelude::*;
@@ -12,7 +12,7 @@ use rand_core::SeedableRng as _;
 use rand_pcg::Pcg64;
 
 use crate::batches::{CLOUDS, Cloud};
-use crate::graph::random_torus;
+use crate::graph::{any_choices, one_of, random_torus};
 use crate::shapes::{ball, shuffle, torus};
 
 /// A shelf in memory, which may fail after so many pieces.
@@ -104,15 +104,8 @@ proptest! {
             if random.next_u64() % 2 == 0 {
                 shuffle(&mut points, seed);
             }
-            let mut one_of = |choices: &[u32]| choices[random.next_u64() as usize % choices.len()];
-            let choices = GraphChoices {
-                hops: one_of(&[1, 2, 3, 4, 5, 9]) as u8,
-                threshold: one_of(&[0, 2, 7]),
-                order: LandmarkOrder::Sweep,
-                faces: if one_of(&[0, 1]) == 0 { FaceRule::Filled } else { FaceRule::Any },
-            };
-            let kappa = one_of(&[1, 4, 8, 15, 15, 40]) as usize;
-            let size = one_of(&[17, 64, 300, 1_000, 9_000]) as usize;
+            let (choices, kappa) = any_choices(&mut random, LandmarkOrder::Sweep);
+            let size = one_of(&mut random, &[17, 64, 300, 1_000, 9_000]) as usize;
             assert_same(name, &points, kappa, &choices, size);
         }
     }
