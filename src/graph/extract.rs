@@ -12,6 +12,7 @@ use crate::links::Links;
 use crate::loops::Loop;
 use crate::saddles::Spans;
 use crate::strips::{MOST_STRIPS, Strips, StripsError};
+use crate::thinned::Thinned;
 
 /// How a graph is made.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,6 +69,8 @@ pub struct Extraction<const D: usize> {
     /// Loops that do not count. Of automatic strips: open over ⅔ to 1.8 τ in space, as gaps of the sampling are, or less than `min_loop`.
     /// Otherwise: spanning fewer than two strips, or less than `min_loop`.
     pub minor_loops: Vec<Loop>,
+    /// The places by which loops were counted, where noise makes a thick layer of them.
+    thinned: Option<Thinned<D>>,
 }
 
 /// The number of loops where τ and strips change.
@@ -111,12 +114,23 @@ pub fn extract<const D: usize>(
         Pieces::Exact => PointGraph::new(cloud, &field.values, strips, tau_mm)?,
         Pieces::Grown(growth) => grown_graph(cloud, &field.values, strips, tau_mm, growth)?,
     };
+    // A τ that was asked for stays.
+    let thinned = match choices.tau_mm {
+        None if is_fine(choices, field) => Thinned::of(cloud, &field.values, spacing_mm)?,
+        _ => None,
+    };
     let (loops, minor_loops) = if is_fine(choices, field) {
+        let places = match &thinned {
+            Some(thinned) => LoopPlaces::thinned(thinned),
+            None => {
+                LoopPlaces { cloud, values: &field.values, known: links, original: None, tau_mm }
+            }
+        };
         let mut found = Vec::new();
-        let thin = thin_strips(&graph.strips, field, tau_mm, 1.0)?;
-        for one in between_thin_strips((cloud, links), field, &graph, (&thin, 1.0), tau_mm)? {
+        let thin = thin_strips(&graph.strips, field, places.tau_mm, 1.0)?;
+        for one in between_thin_strips(&places, field, &graph, (&thin, 1.0), places.tau_mm)? {
             if one.span() >= Spans::of(1.0).short {
-                found.push((one.is_no_gap, of_graph(&one, &graph, &thin)));
+                found.push((one.is_no_gap, places.of_graph(&one, &graph, &thin)));
             }
         }
         found.sort_by(|(_, a), (_, b)| {
@@ -129,7 +143,7 @@ pub fn extract<const D: usize>(
     } else {
         graph.loops().into_iter().partition(|found| counts(found, choices.min_loop))
     };
-    Ok(Extraction { graph, spacing_mm, tau_mm, loops, minor_loops })
+    Ok(Extraction { graph, spacing_mm, tau_mm, loops, minor_loops, thinned })
 }
 
 /// Whether loops are counted between levels closer than the strips of the graph.
@@ -164,10 +178,43 @@ fn thin_strips(
     strips.divided((STRIP * THIN * share).round() as usize)
 }
 
-/// Loops between thin strips, `share` times as many as usual, by links within the components of the graph; those of the cloud may be
-/// known.
+/// The places by which loops are counted.
+struct LoopPlaces<'a, const D: usize> {
+    cloud: &'a Cloud<D>,
+    values: &'a [f64],
+    /// Their links, if these are known.
+    known: Option<&'a Links>,
+    /// The place of the graph of each, where they are others.
+    original: Option<&'a [PlaceId]>,
+    tau_mm: f64,
+}
+
+impl<'a, const D: usize> LoopPlaces<'a, D> {
+    fn thinned(thinned: &'a Thinned<D>) -> LoopPlaces<'a, D> {
+        let Thinned { cloud, values, original, .. } = thinned;
+        let tau_mm = auto_tau_mm(cloud).unwrap_or(1.0);
+        LoopPlaces { cloud, values, known: None, original: Some(original), tau_mm }
+    }
+
+    /// The node of a place.
+    fn node(&self, place: PlaceId, graph: &PointGraph<D>) -> u32 {
+        let place = self.original.map_or(place, |original| original[place as usize]);
+        graph.of_place[place as usize]
+    }
+
+    /// A loop between thin strips as one of the graph.
+    fn of_graph(&self, found: &FineLoop, graph: &PointGraph<D>, thin: &Strips) -> Loop {
+        let nodes = found.places.map(|place| self.node(place, graph));
+        let strips = nodes.map(|node| graph.nodes[node as usize].strip);
+        let bounds = thin.bounds();
+        let range = [bounds[found.strips[0] as usize + 1], bounds[found.strips[1] as usize]];
+        Loop { nodes, strips, range }
+    }
+}
+
+/// Loops between thin strips, `share` times as many as usual, by links within the components of the graph.
 fn between_thin_strips<const D: usize>(
-    (cloud, known): (&Cloud<D>, Option<&Links>),
+    places: &LoopPlaces<'_, D>,
     field: &Field,
     graph: &PointGraph<D>,
     (thin, share): (&Strips, f64),
@@ -175,33 +222,32 @@ fn between_thin_strips<const D: usize>(
 ) -> Result<Vec<FineLoop>, ExtractError> {
     let reach_mm = LINK * tau_mm;
     let width = thin.bounds()[1] - thin.bounds()[0];
-    // Lengths change by no more than the way gone.
-    let margin = (field.is_length && width > 0.0).then(|| (reach_mm / width) as usize + 1);
+    // Lengths change by no more than the way gone; by little more in the middle of noisy ones.
+    let most = if places.original.is_some() { 2.0 * reach_mm } else { reach_mm };
+    let margin = (field.is_length && width > 0.0).then(|| (most / width) as usize + 1);
     let (component_of_node, _) = graph.components();
-    // Arcs lead to consecutive strips alone: where a function jumps nothing is joined.
+    // Arcs lead to consecutive strips alone: where a function jumps nothing is joined. In a thick layer lengths differ by more.
     let may_link = |link: [PlaceId; 2]| {
-        let [a, b] = link.map(|place| graph.of_place[place as usize] as usize);
+        let [a, b] = link.map(|place| places.node(place, graph) as usize);
         component_of_node[a] == component_of_node[b]
-            && graph.nodes[a].strip.abs_diff(graph.nodes[b].strip) <= 1
+            && (places.original.is_some()
+                || graph.nodes[a].strip.abs_diff(graph.nodes[b].strip) <= 1)
     };
-    let spans = Spans::of(share);
+    let (known, spans) = (places.known, Spans::of(share));
     let wanted = Wanted { tau_mm, reach_mm, may_link: &may_link, known, spans };
-    fine_loops(cloud, &field.values, thin, wanted, margin).map_err(|error| match error {
+    fine_loops(places.cloud, places.values, thin, wanted, margin).map_err(|error| match error {
         FineError::Graph(error) => error.into(),
         FineError::Cloud(error) => error.into(),
     })
 }
 
-/// A loop between thin strips as one of the graph.
-fn of_graph<const D: usize>(found: &FineLoop, graph: &PointGraph<D>, thin: &Strips) -> Loop {
-    let nodes = found.places.map(|place| graph.of_place[place as usize]);
-    let strips = nodes.map(|node| graph.nodes[node as usize].strip);
-    let bounds = thin.bounds();
-    let range = [bounds[found.strips[0] as usize + 1], bounds[found.strips[1] as usize]];
-    Loop { nodes, strips, range }
-}
-
 impl<const D: usize> Extraction<D> {
+    /// The radius in mm of discs of whose middle loops were counted: noise makes a thick layer of the places. `None` of those that lie
+    /// on surfaces.
+    pub fn thinned_mm(&self) -> Option<f64> {
+        self.thinned.as_ref().map(|thinned| thinned.radius_mm)
+    }
+
     /// Counts the loops again with τ times 0.8 and 1.25, and with 0.7 and 1.4 times as many strips. Up to four times the time of the graph.
     ///
     /// # Errors
@@ -216,20 +262,31 @@ impl<const D: usize> Extraction<D> {
         let count = self.graph.strips().count();
         let mut trials = Vec::new();
         let links = known_links(cloud, field, choices);
+        let places = match &self.thinned {
+            Some(thinned) => LoopPlaces::thinned(thinned),
+            None => LoopPlaces {
+                cloud,
+                values: &field.values,
+                known: links.as_ref(),
+                original: None,
+                tau_mm: self.tau_mm,
+            },
+        };
         for (of_tau, of_strips) in [(0.8, 1.0), (1.25, 1.0), (1.0, 0.7), (1.0, 1.4)] {
             let tau_mm = self.tau_mm * of_tau;
             if is_fine(choices, field) {
                 let strips = (self.graph.strips.count() as f64 * of_strips).round().max(1.0);
-                let thin = thin_strips(&self.graph.strips, field, self.tau_mm, of_strips)?;
+                let thin = thin_strips(&self.graph.strips, field, places.tau_mm, of_strips)?;
                 let found = between_thin_strips(
-                    (cloud, links.as_ref()),
+                    &places,
                     field,
                     &self.graph,
                     (&thin, of_strips),
-                    tau_mm,
+                    places.tau_mm * of_tau,
                 )?;
                 let is_loop = |one: &&FineLoop| {
-                    one.is_no_gap && of_graph(one, &self.graph, &thin).extent() >= choices.min_loop
+                    one.is_no_gap
+                        && places.of_graph(one, &self.graph, &thin).extent() >= choices.min_loop
                 };
                 let loops = found.iter().filter(is_loop).count();
                 trials.push((tau_mm, strips as usize, loops));

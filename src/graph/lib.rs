@@ -48,6 +48,7 @@ mod saddles;
 mod segments;
 mod slab;
 mod strips;
+mod thinned;
 mod tree;
 mod within;
 

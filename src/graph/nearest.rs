@@ -189,7 +189,20 @@ impl<const D: usize> Cloud<D> {
         radius_mm: f64,
         mut take: impl FnMut(PlaceId, f64),
     ) {
-        let at = &self.places()[place as usize];
+        self.visit_about(&self.places()[place as usize], radius_mm, |other, square| {
+            if other != place {
+                take(other, square);
+            }
+        });
+    }
+
+    /// Visits all places nearer to any point than `radius_mm`, each with its squared distance in mm².
+    pub(crate) fn visit_about(
+        &self,
+        at: &[f64; D],
+        radius_mm: f64,
+        mut take: impl FnMut(PlaceId, f64),
+    ) {
         let limit = radius_mm * radius_mm;
         let mut open = vec![0_u32];
         while let Some(number) = open.pop() {
@@ -203,7 +216,7 @@ impl<const D: usize> Cloud<D> {
             }
             for other in node.first..node.end {
                 let square = squared_distance(at, &self.places()[other as usize]);
-                if square < limit && other != place {
+                if square < limit {
                     take(other, square);
                 }
             }

@@ -136,7 +136,7 @@ fn counts(points: &[Place]) -> Vec<usize> {
 /// Loops of clouds with noise, uneven density and gaps, against those of the same body without.
 fn disturbed() {
     println!("  loops unchanged in {FEWER} directions, {POINTS} points");
-    let mut sums: Vec<(String, usize, usize)> = Vec::new();
+    let mut sums: Vec<(String, [usize; 3])> = Vec::new();
     // Each with the radius of its smallest hole.
     let rows = [1, 2, 5, 9].map(|genus| (Body::row(genus), 0.6));
     let plates = [2.0, 1.0, 0.5].map(|thickness| (Body::plate(thickness), 0.8));
@@ -146,14 +146,22 @@ fn disturbed() {
         for (name, points) in disturbances(&body, radius, &points) {
             let found = counts(&points);
             let same = found.iter().zip(&expected).filter(|(a, b)| a == b).count();
-            println!("    {}, {name}: {same}", body.name);
+            let right = found.iter().filter(|loops| **loops == body.genus).count();
+            println!("    {}, {name}: {same}; the genus {right}", body.name);
+            if same < FEWER {
+                println!("        {found:?} of {expected:?}");
+            }
             match sums.iter_mut().find(|(known, ..)| *known == name) {
-                Some((_, sum, all)) => (*sum, *all) = (*sum + same, *all + FEWER),
-                None => sums.push((name, same, FEWER)),
+                Some((_, sum)) => {
+                    *sum = [sum[0] + same, sum[1] + right, sum[2] + FEWER];
+                }
+                None => sums.push((name, [same, right, FEWER])),
             }
         }
     }
-    sums.iter().for_each(|(name, sum, all)| println!("    {name}: {sum} of {all}"));
+    for (name, [same, right, all]) in &sums {
+        println!("    {name}: {same} of {all}; the genus {right}");
+    }
 }
 
 fn disturbances(body: &Body, radius: f64, points: &[Place]) -> Vec<(String, Vec<Place>)> {

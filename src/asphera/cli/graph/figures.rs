@@ -35,6 +35,9 @@ pub(in crate::cli) struct GraphReport {
     pub(super) loop_ranges: Vec<LoopFigures>,
     /// Loops too small to count.
     pub(super) minor_loops: Vec<LoopFigures>,
+    /// The radius of discs of whose middle loops were counted; none where points lie on surfaces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) loops_thinned_mm: Option<f64>,
     /// Graphs of wider strips, the coarsest first, with `--halvings`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) halved: Vec<ResolutionCounts>,
@@ -159,6 +162,7 @@ pub(super) fn of(
         loops_stable: stability.is_stable,
         loop_ranges: found.loops.iter().map(loop_figures).collect(),
         minor_loops: found.minor_loops.iter().map(loop_figures).collect(),
+        loops_thinned_mm: found.thinned_mm(),
         halved: resolutions.iter().map(counts).collect(),
         parts: part_figures,
         islands: parts.islands.len(),
@@ -227,6 +231,15 @@ impl GraphReport {
             false => "not with every other tau and strips",
         };
         line("loops", format!("{}, {holds}; {} minor", self.loops, self.minor_loops.len()));
+        if let Some(radius_mm) = self.loops_thinned_mm {
+            let discs = short(radius_mm);
+            line(
+                "",
+                format!(
+                    "counted in the middle of a thick layer of points, by discs of radius {discs} mm"
+                ),
+            );
+        }
         for found in self.loop_ranges.iter().take(SHOWN) {
             let [low, high] = found.range.map(short);
             line("", format!("open from {low} to {high}"));
