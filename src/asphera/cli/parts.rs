@@ -160,6 +160,9 @@ fn done(args: &PartsArgs, read: &Read<'_>, library: Option<&Library>) -> Result<
             }
             None => None,
         };
+        if args.measure && found.as_ref().is_some_and(|found| found.reason.is_some()) {
+            exit = exit.or(Exit::Undecided);
+        }
         let (mut form_figures, mut measurement) = (None, None);
         if let Some(formed) = formed {
             exit = exit.or(match formed.reason {

@@ -125,6 +125,9 @@ fn a_part_that_the_library_lacks_and_one_that_it_has_twice_are_unknown() {
     let unknown: Vec<&Value> =
         parts.iter().filter(|part| part["match"]["verdict"] == "unknown").collect();
     assert_eq!((exit, unknown.len()), (Exit::Done, 2));
+    // A part that is not measured has no verdict: who asks for one does not get a pass.
+    let (exit, _) = done(folder.path(), "tray.xyz", &["--measure"]).unwrap();
+    assert_eq!(exit, Exit::Undecided);
     let of = |loops: u64| unknown.iter().find(|part| part["loops"] == loops).unwrap();
     let (flat, ring) = (&of(0)["match"], &of(1)["match"]);
     assert_eq!((number(&flat["margin"]), &flat["name"]), (0.0, &Value::Null));
