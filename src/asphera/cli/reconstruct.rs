@@ -207,11 +207,27 @@ fn found(
         let (found, stages) = args.graph.surface(points_mm, clock)?;
         if let Some(why) = found.no_surface {
             return Err(named(&why).into());
+        if surface.facets.is_empty() {
+            return Err(named(&no_facet(points_mm.len(), args.alpha)).into());
+        }
         }
         let surface = found.reconstruction;
         return Ok(Found { surface, figures: None, stages: Some(stages) });
     }
-    Ok(Found { surface: local(points_mm)?, figures: None, stages: None })
+    let surface = local(points_mm)?;
+    if surface.facets.is_empty() {
+        return Err(named(&no_facet(points_mm.len(), None)).into());
+    }
+    Ok(Found { surface, figures: None, stages: None })
+}
+
+/// Why points have no surface, and what to do.
+fn no_facet(points: usize, alpha_mm: Option<f64>) -> String {
+    let cure = match alpha_mm {
+        Some(alpha_mm) => format!("give a larger --alpha than {alpha_mm} mm, or measure more"),
+        None => "measure more places, not all on a line".to_owned(),
+    };
+    format!("expected points that span an area, found {points} and no facet through them; {cure}")
 }
 
 /// The table of `--compare`.

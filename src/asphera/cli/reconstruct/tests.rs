@@ -311,3 +311,21 @@ fn batches_give_the_surface_of_all_points_by_priority_and_their_times() {
     let Err(refused) = made(&["--batch", "500"]) else { panic!("batches along the sweep") };
     assert!(refused.to_string().contains("--batch needs --order priority"), "{refused}");
 }
+
+#[test]
+fn points_without_a_facet_are_no_surface() {
+    let folder = tempfile::tempdir().unwrap();
+    let made_of = |text: &str, words: &[&str]| {
+        let file = folder.path().join("few.xyz");
+        std::fs::write(&file, text).unwrap();
+        let words = [&["asphera", "reconstruct", file.to_str().unwrap()], words].concat();
+        let cli = Cli::try_parse_from(words).unwrap();
+        let Command::Reconstruct(args) = cli.command else { panic!("another command") };
+        made(&args).map(|_| ()).unwrap_err().to_string()
+    };
+    let said = made_of("1 2 3\n", &[]);
+    assert!(said.contains("few.xyz: expected points that span an area, found 1"), "{said}");
+    let text: String = ball(6).iter().map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+    let said = made_of(&text, &["--method", "alpha", "--alpha", "0.000001"]);
+    assert!(said.contains("give a larger --alpha"), "{said}");
+}
