@@ -84,6 +84,10 @@ pub(super) fn run(args: &SampleArgs) -> Result<Exit, Failure> {
     for file in std::iter::once(&args.out).chain(&args.truth) {
         refuse(file, &args.curve, args.force)?;
     }
+    if args.truth.as_ref() == Some(&args.out) {
+        let name = args.out.display();
+        return Err(format!("--out and --truth are both {name}: expected two files").into());
+    }
     let (curve, lines) = sampled(args)?;
     let disturbance = Disturbance {
         of_box: args.noise,

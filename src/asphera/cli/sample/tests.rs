@@ -81,3 +81,18 @@ fn what_cannot_be_sampled_is_refused() {
     assert!(refused("a.txt", "1 2", &["--rho", "1"]).contains(".svg, .dxf or .png"));
     assert!(refused("a.png", "no image", &[]).contains("PNG"));
 }
+
+#[test]
+fn one_file_for_samples_and_truth_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(path("a.svg"), CIRCLE).unwrap();
+    let words = ["asphera", "sample", &path("a.svg"), "--rho", "0.9", "-o", &path("a.xy")];
+    let words = words.into_iter().map(str::to_owned).chain(["--truth".to_owned(), path("a.xy")]);
+    let Ok(Cli { command: Command::Sample(args), .. }) = Cli::try_parse_from(words) else {
+        panic!("another command");
+    };
+    let failure = run(&args).unwrap_err().to_string();
+    assert!(failure.contains("--out and --truth are both"), "{failure}");
+    assert!(!folder.path().join("a.xy").exists());
+}
