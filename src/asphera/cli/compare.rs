@@ -174,6 +174,14 @@ fn compared(args: &CompareArgs) -> Result<ComparisonReport, Failure> {
 fn contour(path: &Path, text: &TextArgs) -> Result<Contour, Failure> {
     if path.extension().is_none_or(|ending| ending != "json") {
         let places = places(path, text, &Progress::start("compare"))?;
+        if places.len() < 3 {
+            return Err(format!(
+                "{}: expected three places or more, in order round a closed line, found {}",
+                path.display(),
+                places.len()
+            )
+            .into());
+        }
         return Ok(Contour { lines: vec![(places, true)], edges: None });
     }
     let name = path.display();

@@ -119,3 +119,10 @@ fn shapes_are_compared_and_classes_found() {
     let refused = compared(&arguments(&three)).unwrap_err().to_string();
     assert!(refused.contains("--shapes compares clouds"), "{refused}");
 }
+
+#[test]
+fn two_places_are_no_closed_line() {
+    let other = compare(("a.xyz", "0 0\n1 0\n1 1\n"), ("b.xyz", "0 0\n1 0\n")).unwrap_err();
+    assert!(other.contains("b.xyz: expected three places or more"), "{other}");
+    assert!(other.ends_with("found 2"), "{other}");
+}
