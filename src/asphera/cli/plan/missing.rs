@@ -23,6 +23,13 @@ pub(super) struct Missing {
 
 /// The places that lack points in what was measured, as `asphera sampling --waypoints` writes them.
 pub(super) fn find(args: &PlanArgs, progress: &Progress) -> Result<Missing, Failure> {
+    if args.source.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
+        return Err(format!(
+            "{}: expected what was measured, found a nominal by its name: --path raster, spiral, rings or meridians plans a path over it",
+            args.source.display()
+        )
+        .into());
+    }
     let given = args.nominal.as_deref().map(part).transpose()?;
     let source = Source::open(&args.source, &args.text, progress)?;
     source.say_reading();
@@ -41,7 +48,10 @@ pub(super) fn find(args: &PlanArgs, progress: &Progress) -> Result<Missing, Fail
     };
     let name = args.source.display();
     let Some(waypoints) = waypoints else {
-        let why = unknown.join("; ");
+        let why = match unknown.is_empty() && !along.has_plane() {
+            true => IN_SPACE.to_owned(),
+            false => unknown.join("; "),
+        };
         return Err(format!(
             "{name}: nothing is known of the sampling, so there is no plan: {why}"
         )
@@ -52,6 +62,10 @@ pub(super) fn find(args: &PlanArgs, progress: &Progress) -> Result<Missing, Fail
     let Waypoints { regions, left_out, .. } = waypoints;
     Ok(Missing { places_mm, regions, left_out, coverage })
 }
+
+/// Why there is no path through places of a mesh in space.
+const IN_SPACE: &str = "the points are meshed in space, and a path leads over a plane: give --along z, nx,ny,nz or fitted; `asphera \
+     sampling` lists the places with the direction of the probe";
 
 /// The places of waypoints, without their regions.
 fn places(waypoints: &Waypoints) -> Option<Vec<[f64; 3]>> {

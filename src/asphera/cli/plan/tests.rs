@@ -123,3 +123,21 @@ fn places_to_measure_next_come_in_a_short_path() {
     // Each place takes its dwell at least.
     assert!(rows.windows(2).all(|pair| pair[1][3] - pair[0][3] > 0.1));
 }
+
+#[test]
+fn what_gives_no_places_says_why() {
+    let dir = tempfile::tempdir().unwrap();
+    let [nominal, points, out] = ["sphere.toml", "ball.xyz", "plan.csv"]
+        .map(|name| dir.path().join(name).display().to_string());
+    std::fs::write(&nominal, SPHERE).unwrap();
+    let said = run_line(&[&nominal, "-o", &out]).unwrap_err();
+    assert!(said.contains("found a nominal by its name: --path"), "{said}");
+    let ball = (0..400).map(|index| {
+        let (z, turn) = (f64::from(index) / 200.0 - 0.9975, 2.399_963 * f64::from(index));
+        let r = (1.0 - z * z).sqrt();
+        format!("{} {} {z}\n", r * turn.cos(), r * turn.sin())
+    });
+    std::fs::write(&points, ball.collect::<String>()).unwrap();
+    let said = run_line(&[&points, "-o", &out, "--along", "none"]).unwrap_err();
+    assert!(said.contains("no plan: the points are meshed in space"), "{said}");
+}
