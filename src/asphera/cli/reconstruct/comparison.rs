@@ -9,6 +9,7 @@ use asphera_geometry::{PointMm, VertexId, sampled_surface};
 use asphera_reconstruct::{Proof, Reconstruction, distances_mm, prove};
 use serde::Serialize;
 
+use crate::cli::files::read;
 use crate::cli::output::Failure;
 use crate::cli::summary::short;
 
@@ -67,9 +68,12 @@ impl Truth {
     /// Reads a triangle mesh.
     pub(super) fn open(path: &Path, options: &TextOptions) -> Result<Truth, Failure> {
         let named = |why: &dyn std::fmt::Display| format!("{}: {why}", path.display());
-        let bytes = std::fs::read(path).map_err(|why| named(&why))?;
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let mesh = read_triangles(&name, &bytes, options).map_err(|why| named(&why))?;
+        let bytes = read(path)?;
+        let name = path.display().to_string();
+        let mesh = read_triangles(&name, &bytes, options).map_err(|why| match why.names_file() {
+            true => why.to_string(),
+            false => named(&why),
+        })?;
         let mesh = mesh.filter(|mesh| !mesh.triangles.is_empty()).ok_or_else(|| {
             named(&"expected a mesh with triangles (PLY, STL, OBJ or OFF), found points alone")
         })?;
