@@ -142,6 +142,7 @@ impl fmt::Display for Place {
             Place::Element(path) => write!(f, "element {}", shown(path)),
             Place::Entry(name) => write!(f, "zip entry {}", shown(name)),
             Place::Page(page) => write!(f, "page {page}"),
+            Place::Slice(name) if name.is_empty() => f.write_str("its folder"),
             Place::Slice(name) => write!(f, "slice {}", shown(name)),
         }
     }

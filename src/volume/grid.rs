@@ -179,7 +179,7 @@ impl GridCheck {
         }
         let Some(regular_mm) = regular_mm else {
             let why =
-                "nothing contradicts the grid, but r of the part is not stated: give --regular";
+                "nothing contradicts the grid, but r of the part is not stated: `asphera volume --regular` takes it";
             return (Verdict::Unknown, why.into());
         };
         let needed_mm = needed_spacing_mm(regular_mm);
