@@ -83,6 +83,7 @@ fn what_is_kept_was_measured_and_passes() {
         ["--epsilon", "0.02", "--nominal", nominal.to_str().unwrap(), "--average", "--json"];
     let report = json(&reduce(&file, &again, &wanted));
     assert!((number(&report, "/lfs/range_mm/max_mm") / 20.0 - 1.0).abs() < 0.01);
+    assert_eq!(report["lfs"].get("limited_to_mm"), None);
     assert!(count(&report, "/averaged") > 0);
     assert!(lines(&again).iter().all(|line| line.split(',').count() == 4));
     let report = json(&reduce(
@@ -103,6 +104,20 @@ fn what_is_kept_was_measured_and_passes() {
 }
 
 /// Points too dense for the noise, which is taken from them although a twentieth of them are wrong.
+#[test]
+fn a_local_feature_size_that_counts_as_less_is_said() {
+    let dir = tempfile::tempdir().unwrap();
+    let (file, out) = (cap(dir.path()), dir.path().join("reduced.xyz"));
+    let output = reduce(&file, &out, &["--epsilon", "0.05"]);
+    let summary = String::from_utf8_lossy(&output.stdout).into_owned();
+    let report = json(&reduce(&file, &out, &["--epsilon", "0.05", "--json", "--force"]));
+    // A fifth of the width of 2.98 mm over 0.05, where the sphere of 20 mm would allow more.
+    let most_mm = number(&report, "/lfs/limited_to_mm");
+    assert!(most_mm < 20.0 && most_mm == number(&report, "/lfs/range_mm/max_mm"), "{report:#}");
+    let words = format!("; more counts as {most_mm:.4} mm, so points a fifth of the width apart");
+    assert!(summary.contains(&words), "{summary}");
+}
+
 #[test]
 fn points_too_dense_for_their_noise_are_thinned_as_asked() {
     let dir = tempfile::tempdir().unwrap();

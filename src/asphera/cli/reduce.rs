@@ -193,7 +193,7 @@ fn in_plane(
         rho: args.rho,
         tilt_limit_rad: target.criteria().tilt_limit_rad(),
         keep: args.keep.name(),
-        lfs: Lfs { source: lfs_source, range_mm, reach_mm },
+        lfs: Lfs::new(lfs_source, (range_mm, reach_mm), lfs_max_mm),
         noise,
         kept: reduction.tally.retained(),
         dropped: reduction.tally.dropped(),

@@ -70,6 +70,21 @@ pub(super) struct Lfs {
     pub(super) range_mm: Option<Range>,
     /// The reach: the smallest of the whole surface, measured or not. Absent where it is not known.
     pub(super) reach_mm: Option<f64>,
+    /// What larger ones count as, where one does: so points a fifth of the width apart still stay.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) limited_to_mm: Option<f64>,
+}
+
+impl Lfs {
+    /// Range and reach as used: none is above `most_mm`.
+    pub(super) fn new(
+        source: &'static str,
+        (range_mm, reach_mm): (Option<Range>, Option<f64>),
+        most_mm: f64,
+    ) -> Lfs {
+        let is_limited = range_mm.is_some_and(|range| range.max_mm >= most_mm);
+        Lfs { source, range_mm, reach_mm, limited_to_mm: is_limited.then_some(most_mm) }
+    }
 }
 
 #[derive(Clone, Copy, Serialize)]
@@ -284,7 +299,14 @@ impl fmt::Display for Figures {
         writeln!(f)?;
         if let Some(Range { min_mm, max_mm }) = self.lfs.range_mm {
             let source = self.lfs.source;
-            writeln!(f, "lfs        {min_mm:.4} to {max_mm:.4} mm ({source})")?;
+            write!(f, "lfs        {min_mm:.4} to {max_mm:.4} mm ({source})")?;
+            if let Some(limit_mm) = self.lfs.limited_to_mm {
+                write!(
+                    f,
+                    "; more counts as {limit_mm:.4} mm, so points a fifth of the width apart stay"
+                )?;
+            }
+            writeln!(f)?;
         }
         if let Some(Spacings { min_mm, median_mm, max_mm }) = &self.spacing {
             writeln!(f, "spacing    {median_mm:.5} mm, from {min_mm:.5} to {max_mm:.5} mm")?;
