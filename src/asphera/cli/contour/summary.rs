@@ -83,12 +83,27 @@ fn write_report(report: &ContourReport, text: &mut String) -> std::fmt::Result {
     if let Some(circle) = &report.circle {
         write_circle(circle, text)?;
     }
-    report.features.iter().try_for_each(|feature| write_feature(feature, text))?;
+    let mut features = report.features.iter().take(MOST_LISTED);
+    features.try_for_each(|feature| write_feature(feature, text))?;
+    write_more("features", report.features.len(), text)?;
     if let Some(deviation) = &report.deviation {
         write_deviation(deviation, text)?;
     }
-    report.unknown.iter().try_for_each(|unknown| writeln!(text, "unknown    {unknown}"))
+    let mut unknown = report.unknown.iter().take(MOST_LISTED);
+    unknown.try_for_each(|unknown| writeln!(text, "unknown    {unknown}"))?;
+    write_more("unknown", report.unknown.len(), text)
 }
+
+/// Says how many lines of a list are not shown.
+fn write_more(name: &str, lines: usize, text: &mut String) -> std::fmt::Result {
+    match lines.checked_sub(MOST_LISTED) {
+        Some(more @ 1..) => writeln!(text, "{name:<10} {more} more; --json lists all"),
+        _ => Ok(()),
+    }
+}
+
+/// Features and what is unknown, each: of points that are no curve there are thousands, which push all other lines off the terminal.
+const MOST_LISTED: usize = 100;
 
 /// The line of the sampling.
 fn write_sampling(sampling: &SampledFigures, text: &mut String) -> std::fmt::Result {

@@ -407,3 +407,12 @@ fn a_slab_of_a_body_is_its_section() {
         assert!(word.parse::<Cutting>().unwrap_err().contains("as 0,0,1,5; found"), "{word}");
     }
 }
+
+#[test]
+fn a_list_of_thousands_is_cut_in_the_summary_alone() {
+    let mut report = contour_of(&points(), &[]).unwrap();
+    report.unknown = (0..250).map(|index| format!("curve {index}")).collect();
+    let summary = summary_of(&report);
+    assert_eq!(summary.lines().filter(|line| line.starts_with("unknown    curve")).count(), 100);
+    assert!(summary.ends_with("unknown    150 more; --json lists all\n"), "{summary}");
+}
