@@ -178,8 +178,7 @@ impl GridCheck {
             return (Verdict::Unknown, why);
         }
         let Some(regular_mm) = regular_mm else {
-            let why =
-                "nothing contradicts the grid, but r of the part is not stated: `asphera volume --regular` takes it";
+            let why = "nothing contradicts the grid, but r of the part is not stated: `asphera volume --regular` takes it";
             return (Verdict::Unknown, why.into());
         };
         let needed_mm = needed_spacing_mm(regular_mm);

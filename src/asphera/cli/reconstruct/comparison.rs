@@ -70,10 +70,11 @@ impl Truth {
         let named = |why: &dyn std::fmt::Display| format!("{}: {why}", path.display());
         let bytes = read(path)?;
         let name = path.display().to_string();
-        let mesh = read_triangles(&name, &bytes, options).map_err(|why| match why.names_file() {
-            true => why.to_string(),
-            false => named(&why),
-        })?;
+        let mesh =
+            read_triangles(&name, &bytes, options).map_err(|why| match why.names_file() {
+                true => why.to_string(),
+                false => named(&why),
+            })?;
         let mesh = mesh.filter(|mesh| !mesh.triangles.is_empty()).ok_or_else(|| {
             named(&"expected a mesh with triangles (PLY, STL, OBJ or OFF), found points alone")
         })?;

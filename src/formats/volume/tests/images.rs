@@ -137,10 +137,7 @@ fn folders_of_slices_are_read_in_the_order_of_their_numbers() {
         message(&[("a1.tif", slice(1)), ("a01.tif", slice(1))]).contains("one and the same number")
     );
     assert!(message(&[("a1.tif", slice(1)), ("b2.tif", slice(1))]).contains("slice b2.tif"));
-    assert_eq!(
-        message(&[]),
-        "TIFF file, its folder: expected slices, .tif or .tiff, found none"
-    );
+    assert_eq!(message(&[]), "TIFF file, its folder: expected slices, .tif or .tiff, found none");
     assert!(
         message(&[("a1.tif", IMAGEJ.to_vec()), ("a2.tif", IMAGEJ.to_vec())])
             .contains("one page a file")
