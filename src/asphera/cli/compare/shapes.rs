@@ -246,7 +246,7 @@ impl ShapesReport {
 impl EvaluationFigures {
     fn write(&self, text: &mut String) {
         let figures = [
-            ("queries", self.queries as f64),
+        let _ = writeln!(text, "{:<10} {}", "queries", self.queries);
             ("nearest", self.nearest_neighbour),
             ("tier 1", self.first_tier),
             ("tier 2", self.second_tier),
