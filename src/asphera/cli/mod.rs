@@ -48,7 +48,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::str::FromStr;
 
-use clap::{Args, CommandFactory as _, Parser, Subcommand};
+use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
 
 use exit::Exit;
@@ -211,9 +211,20 @@ impl FromStr for Speed {
     }
 }
 
+/// The command line. A negative number after an option is its value: its parser says what it expects instead.
+fn command() -> clap::Command {
+    Cli::command().mut_subcommands(|command| {
+        command.mut_args(|arg| {
+            let takes_number = arg.get_action().takes_values() && !arg.is_positional();
+            arg.allow_negative_numbers(takes_number)
+        })
+    })
+}
+
 /// Reads the command line and does what it says.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let matches = command().get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     tracing_subscriber::fmt()
         .with_writer(output::log_writer)
         .with_ansi(output::has_colours())
