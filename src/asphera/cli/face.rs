@@ -124,7 +124,9 @@ pub(super) fn is_volume(path: &Path) -> Result<bool, Failure> {
         };
         return Ok(!is_recording(path) && !holds(&["mesh.ply"]) && holds(&[".tif", ".tiff"]));
     }
-    if is_recording(path) {
+    // What comes through a pipe can be read once only: it is taken for points.
+    let is_pipe = std::fs::metadata(path).is_ok_and(|held| !held.is_file());
+    if is_pipe || is_recording(path) {
         return Ok(false);
     }
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
