@@ -38,6 +38,7 @@ mod profiles;
 mod projection;
 mod qif;
 mod random;
+mod readings;
 mod reduce;
 mod report;
 mod sampling;

@@ -21,6 +21,7 @@ use super::files::refuse;
 use super::output::{Failure, print, print_json, say};
 use super::progress::Progress;
 use super::source::{Content, Source, source_help};
+use super::summary::short;
 use super::text::TextArgs;
 
 #[derive(Args)]
@@ -117,6 +118,7 @@ fn found(args: &ContourArgs, path: &Path) -> Result<ContourReport, Failure> {
         Some(_) => Source::open(path, &args.text, &progress)?,
         None => opened(path, &args.text, &progress)?,
     };
+    source.say_reading();
     let recorded = match source.content() {
         Content::Session(session) => session.contour(),
         Content::File(_) => None,
@@ -126,7 +128,7 @@ fn found(args: &ContourArgs, path: &Path) -> Result<ContourReport, Failure> {
     }
     let points = match given.slab(recorded) {
         Some(slab) => cut(&slab, path, source.points())?,
-        None => laid(&source),
+        None => flat(&source),
     };
     let settings = given.settings(recorded.map(|plan| &plan.settings))?;
     settings.contour(&points, &mut |stage| progress.stage(stage)).map_err(|error| {
@@ -143,7 +145,27 @@ pub(super) fn places(
     text: &TextArgs,
     progress: &Progress,
 ) -> Result<Vec<PlaceMm>, Failure> {
-    Ok(laid(&opened(path, text, progress)?))
+    let source = opened(path, text, progress)?;
+    source.say_reading();
+    Ok(flat(&source))
+}
+
+/// The places of the points in the plane. Heights that differ are left out, and stderr says so.
+fn flat(source: &Source) -> Vec<PlaceMm> {
+    let (mut low_mm, mut high_mm) = (f64::INFINITY, f64::NEG_INFINITY);
+    if !is_profile(source) {
+        for [_, _, z] in source.points() {
+            (low_mm, high_mm) = (low_mm.min(z), high_mm.max(z));
+        }
+    }
+    if low_mm < high_mm {
+        let [low, high] = [low_mm, high_mm].map(short);
+        let name = source.path().display();
+        say(&format!(
+            "heights    {low} to {high} mm of {name} are left out; a body is cut by `contour --plane A,B,C,D --within MM`"
+        ));
+    }
+    laid(source)
 }
 
 /// The points at a path; two columns will do.
@@ -155,15 +177,20 @@ fn opened(path: &Path, text: &TextArgs, progress: &Progress) -> Result<Source, F
     })
 }
 
-fn laid(source: &Source) -> Vec<PlaceMm> {
-    let is_profile = match source.content() {
+/// Whether a file has two columns that no name calls x and y.
+fn is_profile(source: &Source) -> bool {
+    match source.content() {
         Content::File(topography) => topography
             .source()
             .taken
             .as_ref()
             .is_some_and(|taken| taken.columns.iter().all(|column| column.name != "y")),
         Content::Session(_) => false,
-    };
+    }
+}
+
+fn laid(source: &Source) -> Vec<PlaceMm> {
+    let is_profile = is_profile(source);
     let place = |[x, y, z]: PointMm| if is_profile { [x, z] } else { [x, y] };
     source.points().map(place).collect()
 }

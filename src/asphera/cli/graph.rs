@@ -205,8 +205,8 @@ pub(super) fn run(args: &GraphArgs) -> Result<Exit, Failure> {
         print_json(&outcome.report)?;
     } else {
         print(&outcome.report.summary());
-        source.say_reading();
     }
+    source.say_reading();
     Ok(Exit::Done)
 }
 

@@ -129,8 +129,8 @@ pub(super) fn run(args: &PartsArgs) -> Result<Exit, Failure> {
         print_json(&done.report)?;
     } else {
         print(&done.report.summary());
-        source.say_reading();
     }
+    source.say_reading();
     Ok(done.exit)
 }
 

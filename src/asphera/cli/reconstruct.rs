@@ -156,6 +156,13 @@ pub(super) fn run(args: &ReconstructArgs) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
+/// The points of the source; stderr says how they were read.
+fn read_points(args: &ReconstructArgs, progress: &Progress) -> Result<Vec<PointMm>, Failure> {
+    let source = Source::open(&args.source, &args.text, progress)?;
+    source.say_reading();
+    Ok(source.points().collect())
+}
+
 /// A report, and the mesh that it is of.
 type Made = (ReconstructReport, Vec<PointMm>, Vec<[u32; 3]>);
 
@@ -164,8 +171,7 @@ fn made(args: &ReconstructArgs) -> Result<Made, Failure> {
         return tiled::made(args, megabytes);
     }
     let progress = Progress::start("reconstruct");
-    let source = Source::open(&args.source, &args.text, &progress)?;
-    let points_mm: Vec<PointMm> = source.points().collect();
+    let points_mm = read_points(args, &progress)?;
     progress.stage("meshing");
     let clock = Clock::start();
     let Found { surface, figures, stages } = found(args, args.method, &points_mm, &clock)?;
@@ -201,15 +207,15 @@ fn found(
     if let Some(method) = method.of_delaunay() {
         let (surface, figures) =
             delaunay::surface(method, points_mm, args.alpha).map_err(|why| named(&why))?;
+        if surface.facets.is_empty() {
+            return Err(named(&no_facet(points_mm.len(), args.alpha)).into());
+        }
         return Ok(Found { surface, figures: Some(figures), stages: None });
     }
     if method == MethodName::Graph {
         let (found, stages) = args.graph.surface(points_mm, clock)?;
         if let Some(why) = found.no_surface {
             return Err(named(&why).into());
-        if surface.facets.is_empty() {
-            return Err(named(&no_facet(points_mm.len(), args.alpha)).into());
-        }
         }
         let surface = found.reconstruction;
         return Ok(Found { surface, figures: None, stages: Some(stages) });
@@ -245,8 +251,7 @@ fn compared(args: &ReconstructArgs) -> Result<Comparison, Failure> {
     let progress = Progress::start("reconstruct");
     let truth = args.truth.as_deref();
     let truth_mesh = truth.map(|path| Truth::open(path, &args.text.options())).transpose()?;
-    let source = Source::open(&args.source, &args.text, &progress)?;
-    let points_mm: Vec<PointMm> = source.points().collect();
+    let points_mm = read_points(args, &progress)?;
     let file = args.source.display().to_string();
     let mut table = Comparison::new(file, points_mm.len(), truth);
     for &method in MethodName::value_variants() {
@@ -287,8 +292,7 @@ fn sweep(args: &ReconstructArgs) -> Result<Exit, Failure> {
         return Err("--sweep prints a table and makes no surface: leave --out out".into());
     }
     let progress = Progress::start("reconstruct");
-    let source = Source::open(&args.source, &args.text, &progress)?;
-    let points_mm: Vec<PointMm> = source.points().collect();
+    let points_mm = read_points(args, &progress)?;
     progress.stage("sweeping");
     let table = args.graph.table(&points_mm)?;
     drop(progress);

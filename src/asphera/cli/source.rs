@@ -186,6 +186,12 @@ impl Source {
                     say(&format!("columns    {}", columns(&reading)));
                     reading.cautions.iter().for_each(|words| say(&format!("  caution: {words}")));
                 }
+                if self.missing() > 0 {
+                    say(&format!(
+                        "missing    {} places without a height, left out",
+                        self.missing()
+                    ));
+                }
             }
             Content::Session(session) => {
                 say(&session.told());

@@ -92,6 +92,7 @@ pub(super) fn shapes(files: &[PathBuf], how: &How<'_>) -> Result<ShapesReport, F
     for file in files {
         let name = file.display();
         let source = Source::open(file, how.text, &progress)?;
+        source.say_reading();
         let points: Vec<[f64; 3]> = source.points().collect();
         let found = descriptor(&points, how).map_err(|error| format!("{name}: {error}"))?;
         descriptors.push(found);
@@ -245,8 +246,8 @@ impl ShapesReport {
 
 impl EvaluationFigures {
     fn write(&self, text: &mut String) {
-        let figures = [
         let _ = writeln!(text, "{:<10} {}", "queries", self.queries);
+        let figures = [
             ("nearest", self.nearest_neighbour),
             ("tier 1", self.first_tier),
             ("tier 2", self.second_tier),

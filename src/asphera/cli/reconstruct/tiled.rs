@@ -58,6 +58,7 @@ fn take(
         return Ok(points);
     }
     let source = Source::open(&args.source, &args.text, progress)?;
+    source.say_reading();
     progress.count("sorting", None);
     let (mut points, mut part) = (0, Vec::with_capacity(READ_AT_ONCE));
     let mut all = source.points();
