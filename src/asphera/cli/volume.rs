@@ -53,12 +53,12 @@ pub(super) struct VolumeArgs {
     /// trilinear interpolation, the same blended, or the faces of voxels.
     #[arg(long, value_enum, default_value = "mmc")]
     method: MethodName,
-    /// Pieces a side of a cell is cut into, for balls, trilinear and smooth; with grey values trilinear needs none.
-    #[arg(long, value_name = "K", default_value_t = 3, value_parser = refinement)]
-    refine: usize,
-    /// How pieces are blended by --method smooth.
-    #[arg(long, value_enum, default_value = "infinite")]
-    blend: BlendName,
+    /// Pieces a side of a cell is cut into by --method balls, trilinear or smooth, 3 without it; with grey values trilinear needs none.
+    #[arg(long, value_name = "K", value_parser = refinement)]
+    refine: Option<usize>,
+    /// How pieces are blended by --method smooth; infinite without it.
+    #[arg(long, value_enum)]
+    blend: Option<BlendName>,
     /// Which of the connected parts: all of them, the largest, or one by its number, the largest first.
     #[arg(long, value_name = "all|largest|N", default_value = "all")]
     part: Part,
@@ -148,9 +148,22 @@ enum BlendName {
 }
 
 impl VolumeArgs {
-    fn method(&self) -> Method {
-        let refine = self.refine;
-        match self.method {
+    /// The method with its options.
+    ///
+    /// # Errors
+    ///
+    /// Where an option belongs to another method.
+    fn method(&self) -> Result<Method, Failure> {
+        let cuts = [MethodName::Balls, MethodName::Trilinear, MethodName::Smooth];
+        if self.refine.is_some() && !cuts.contains(&self.method) {
+            let expected = "expected --method balls, trilinear or smooth: leave it out for others";
+            return Err(format!("--refine: {expected}").into());
+        }
+        if self.blend.is_some() && self.method != MethodName::Smooth {
+            return Err("--blend: expected --method smooth: leave it out for others".into());
+        }
+        let refine = self.refine.unwrap_or(3);
+        Ok(match self.method {
             MethodName::Mmc => Method::Marching(Ambiguity::Paired),
             MethodName::Mi => Method::Majority(Majority::Foreground),
             MethodName::Cmi => Method::Majority(Majority::Complement),
@@ -159,13 +172,13 @@ impl VolumeArgs {
             MethodName::Voxels => Method::Voxels,
             MethodName::Smooth => {
                 let blend = match self.blend {
-                    BlendName::Linear => Blend::Linear,
-                    BlendName::Cubic => Blend::Cubic,
-                    BlendName::Infinite => Blend::Infinite,
+                    Some(BlendName::Linear) => Blend::Linear,
+                    Some(BlendName::Cubic) => Blend::Cubic,
+                    Some(BlendName::Infinite) | None => Blend::Infinite,
                 };
                 Method::Smooth { blend, refine }
             }
-        }
+        })
     }
 }
 

@@ -72,7 +72,7 @@ fn whole(
     files: &[PathBuf],
 ) -> Result<SurfaceFigures, Failure> {
     let Opened { samples, frame, .. } = opened;
-    let method = args.method();
+    let method = args.method()?;
     let surface = match values {
         Some(values) => {
             let size = samples.size();

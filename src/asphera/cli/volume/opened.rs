@@ -79,6 +79,8 @@ pub(super) struct Thresholded {
 
 /// Opens the volume. One of more than `whole` samples is read slice by slice, where file and method can.
 pub(super) fn open(args: &VolumeArgs, whole: u64) -> Result<Opened, Failure> {
+    // A large file is not read for nothing.
+    args.method()?;
     if let Some(opened) = sliced::open(args, whole)? {
         return Ok(opened);
     }

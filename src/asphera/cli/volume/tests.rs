@@ -159,6 +159,10 @@ fn what_cannot_be_measured_is_said() {
     for more in [["--spacing", "0"], ["--refine", "9"], ["--part", "0"]] {
         assert!(figures_of(&ball(), "vol", &more).is_err(), "{more:?}");
     }
+    for more in [["--refine", "4"], ["--blend", "cubic"]] {
+        let said = message(&ball(), &["--spacing", "1", more[0], more[1]]);
+        assert!(said.starts_with(&format!("{}: expected --method", more[0])), "{said}");
+    }
     for more in [["--regular", "-1"], ["--spacing", "-0.1"]] {
         let said = message(&ball(), &more);
         assert!(said.contains("expected a length in mm above 0, found `-"), "{said}");
