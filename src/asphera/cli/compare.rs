@@ -121,7 +121,7 @@ fn compared(args: &CompareArgs) -> Result<ComparisonReport, Failure> {
     let [found_file, true_file] = &args.files[..] else {
         let found = args.files.len();
         return Err(
-            format!("{found} files: expected two contours; --shapes compares clouds").into()
+            format!("expected two contours, found {found}; --shapes compares clouds").into()
         );
     };
     let [found, truth] = [found_file, true_file].map(|path| contour(path, &args.text));

@@ -84,6 +84,9 @@ pub(super) fn run(args: &SampleArgs) -> Result<Exit, Failure> {
     for file in std::iter::once(&args.out).chain(&args.truth) {
         refuse(file, &args.curve, args.force)?;
     }
+    if std::iter::once(&args.out).chain(&args.truth).any(|file| file.as_os_str() == "-") {
+        return Err("--out and --truth: expected names of files, found -".into());
+    }
     if args.truth.as_ref() == Some(&args.out) {
         let name = args.out.display();
         return Err(format!("--out and --truth are both {name}: expected two files").into());

@@ -95,4 +95,9 @@ fn one_file_for_samples_and_truth_is_refused() {
     let failure = run(&args).unwrap_err().to_string();
     assert!(failure.contains("--out and --truth are both"), "{failure}");
     assert!(!folder.path().join("a.xy").exists());
+    let words = ["asphera", "sample", &path("a.svg"), "--rho", "0.9", "-o", "-"];
+    let Ok(Cli { command: Command::Sample(args), .. }) = Cli::try_parse_from(words) else {
+        panic!("another command");
+    };
+    assert!(run(&args).unwrap_err().to_string().contains("names of files, found -"));
 }
