@@ -132,7 +132,7 @@ pub enum DefectsUnknown {
         points: usize,
     },
     /// No window holds enough samples for a reference.
-    #[error("no window of {window_mm} mm has samples in enough places for a quartic")]
+    #[error("no window of {window_mm:.4} mm has samples in enough places for a quartic")]
     NoReference {
         /// Width of a window in mm.
         window_mm: f64,
