@@ -161,6 +161,8 @@ fn a_file_of_a_ball_passes_in_space_in_any_order_and_is_said_to_fold_along_z() {
     let volume = number(&found, "/mesh/reconstruction/volume_mm3");
     assert!((volume / (4000.0 / 3.0 * PI) - 1.0).abs() < 2e-3, "{volume}");
     assert!(number(&found, "/form/deviation/pv_nm") < 0.01);
+    // The paper draws the limit into the histogram, and says where there is none.
+    assert_eq!(number(&found, "/form/histogram/pv_limit_nm"), 100.0);
     let shuffled = with(&["--along", "none", "--shuffle", "7", "--threads", "1"]);
     assert_eq!(timeless(measured(&shuffled, 0)), found);
     let auto = measured(&with(&["--along", "auto"]), 0);

@@ -6,8 +6,8 @@ use asphera_figures::{Definition, Figure, Subject};
 use asphera_form::{Figures, METHOD};
 use asphera_geometry::PointMm;
 use asphera_report::{
-    DeviationFigures, FitDetails, FitFigures, FormFigures, Map, OriginFigures, ParameterFigures,
-    PoseFigures, Source, StandardFigures,
+    DeviationFigures, FitDetails, FitFigures, FormFigures, HistogramFigures, Map, OriginFigures,
+    ParameterFigures, PoseFigures, Source, StandardFigures,
 };
 
 use super::chart::chart;
@@ -126,7 +126,12 @@ impl Formed {
             figures: if provisional { Vec::new() } else { figures },
             zernike: None,
             zernike_unknown: Some("the part is meshed in space".to_owned()),
-            histogram: histogram_of(&values_nm, values_nm.iter().map(|_| 1), Source::Points),
+            histogram: histogram_of(&values_nm, values_nm.iter().map(|_| 1), Source::Points).map(
+                |histogram| HistogramFigures {
+                    pv_limit_nm: part.judging.pv_limit_nm(),
+                    ..histogram
+                },
+            ),
             rings: Vec::new(),
             standards: StandardFigures::default(),
             unknown,
