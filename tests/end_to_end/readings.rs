@@ -102,3 +102,5 @@ fn a_negative_number_is_the_value_of_its_option() {
         assert!(said.contains(expected) && !said.contains("-- -1"), "{words:?}: {said}");
     }
 }
+        (&["contour", ring, "--gaps", "x"], "'x' for '--gaps <MM>': expected a number"),
+        (&["graph", ring, "--halvings", "x"], "'x' for '--halvings <N>': expected a whole number"),

@@ -221,10 +221,38 @@ fn command() -> clap::Command {
     })
 }
 
+/// Says what is wrong with the command line, or what it asked to be said.
+fn refused(error: &clap::Error) -> ExitCode {
+    if error.kind() != clap::error::ErrorKind::ValueValidation {
+        error.exit();
+    }
+    let text = match output::has_colours() {
+        true => error.render().ansi().to_string(),
+        false => error.render().to_string(),
+    };
+    output::say(in_plain_words(&text).trim_end());
+    ExitCode::from(2)
+}
+
+/// An error of the parser without the words of its programming language.
+fn in_plain_words(text: &str) -> String {
+    let words = [
+        ("invalid float literal", "expected a number"),
+        ("cannot parse float from empty string", "expected a number, found nothing"),
+        ("invalid digit found in string", "expected a whole number"),
+        ("cannot parse integer from empty string", "expected a whole number, found nothing"),
+        ("number too large to fit in target type", "expected a smaller number"),
+    ];
+    words.iter().fold(text.to_owned(), |text, (from, to)| text.replace(from, to))
+}
+
 /// Reads the command line and does what it says.
 pub fn main() -> ExitCode {
-    let matches = command().get_matches();
-    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let matches = command().try_get_matches();
+    let cli = match matches.and_then(|matches| Cli::from_arg_matches(&matches)) {
+        Ok(cli) => cli,
+        Err(error) => return refused(&error),
+    };
     tracing_subscriber::fmt()
         .with_writer(output::log_writer)
         .with_ansi(output::has_colours())
