@@ -46,6 +46,14 @@ fn units_that_were_assumed_and_points_that_were_left_out_are_said_by_every_comma
         assert!(said.contains("mm is assumed: the file states no unit"), "{words:?}: {said}");
         assert!(said.contains("1 places without a height, left out"), "{words:?}: {said}");
     }
+    let circle = folder.path().join("circle.xy");
+    let text = (0..40).map(|index| {
+        let (sin, cos) = (f64::from(index) / 40.0 * TAU).sin_cos();
+        format!("{cos} {sin}\n")
+    });
+    std::fs::write(&circle, text.collect::<String>()).unwrap();
+    let said = told(&run(["contour", circle.to_str().unwrap()]));
+    assert!(said.contains("x in column 1 in mm, y in column 2 in mm (mm is assumed"), "{said}");
     let said = told(&run(["contour", ring, "--unit", "um"]));
     assert!(said.contains("x in column 1 in um") && !said.contains("assumed"), "{said}");
 }
@@ -96,11 +104,11 @@ fn a_negative_number_is_the_value_of_its_option() {
         (&["parts", ring, "--within", "-1", "--library", "."], "expected auto or a length"),
         (&["graph", ring, "--min-loop", "-1"], "expected 0 or a length"),
         (&["plan", ring, "--dwell", "-1", "-o", "p.csv"], "found `-1`"),
+        (&["contour", ring, "--gaps", "x"], "'x' for '--gaps <MM>': expected a number"),
+        (&["graph", ring, "--halvings", "x"], "'x' for '--halvings <N>': expected a whole number"),
     ] {
         let output = run(words);
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(said.contains(expected) && !said.contains("-- -1"), "{words:?}: {said}");
     }
 }
-        (&["contour", ring, "--gaps", "x"], "'x' for '--gaps <MM>': expected a number"),
-        (&["graph", ring, "--halvings", "x"], "'x' for '--halvings <N>': expected a whole number"),

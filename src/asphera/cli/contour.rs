@@ -115,10 +115,13 @@ fn found(args: &ContourArgs, path: &Path) -> Result<ContourReport, Failure> {
     let given = Given::new(args)?;
     let progress = Progress::start("contour");
     let source = match args.plane {
-        Some(_) => Source::open(path, &args.text, &progress)?,
+        Some(_) => {
+            let source = Source::open(path, &args.text, &progress)?;
+            source.say_reading();
+            source
+        }
         None => opened(path, &args.text, &progress)?,
     };
-    source.say_reading();
     let recorded = match source.content() {
         Content::Session(session) => session.contour(),
         Content::File(_) => None,
@@ -145,21 +148,42 @@ pub(super) fn places(
     text: &TextArgs,
     progress: &Progress,
 ) -> Result<Vec<PlaceMm>, Failure> {
-    let source = opened(path, text, progress)?;
-    source.say_reading();
-    Ok(flat(&source))
+    Ok(flat(&opened(path, text, progress)?))
 }
 
-/// The places of the points in the plane. Heights that differ are left out, and stderr says so.
-fn flat(source: &Source) -> Vec<PlaceMm> {
-    let (mut low_mm, mut high_mm) = (f64::INFINITY, f64::NEG_INFINITY);
-    if !is_profile(source) {
-        for [_, _, z] in source.points() {
-            (low_mm, high_mm) = (low_mm.min(z), high_mm.max(z));
-        }
+/// The points at a path, of which stderr says how they were read; two columns will do.
+fn opened(path: &Path, text: &TextArgs, progress: &Progress) -> Result<Source, Failure> {
+    let mut is_assumed = false;
+    let source = Source::open(path, text, progress).or_else(|failure| {
+        // As points in space x and y are too few, and two columns that nothing names may be a profile.
+        let mut planes = text.of_plane().into_iter();
+        let opened = planes.find_map(|plane| {
+            is_assumed = plane.has_unit() && !text.has_unit();
+            Source::open(path, &plane, progress).ok()
+        });
+        opened.ok_or(failure)
+    })?;
+    let mut reading = source.reading();
+    if let Some(reading) = reading.as_mut().filter(|_| is_profile(&source)) {
+        // The heights of a profile are the second coordinate of the plane.
+        let heights = reading.columns.iter_mut().filter(|column| column.name == "z");
+        heights.for_each(|column| "y".clone_into(&mut column.name));
+        reading.units_assumed |= is_assumed;
     }
-    if low_mm < high_mm {
-        let [low, high] = [low_mm, high_mm].map(short);
+    source.say_reading_as(reading.as_ref());
+    Ok(source)
+}
+
+/// The places of the points in the plane. Heights that differ by more than a thousandth of its extent are left out, and stderr
+/// says so.
+fn flat(source: &Source) -> Vec<PlaceMm> {
+    let [x, y, z] = [0, 1, 2].map(|axis| {
+        let values = || source.points().map(|point| point[axis]);
+        [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
+    });
+    let extent = |[low, high]: [f64; 2]| high - low;
+    if !is_profile(source) && extent(z) > FLAT * extent(x).max(extent(y)) {
+        let [low, high] = z.map(short);
         let name = source.path().display();
         say(&format!(
             "heights    {low} to {high} mm of {name} are left out; a body is cut by `contour --plane A,B,C,D --within MM`"
@@ -168,14 +192,8 @@ fn flat(source: &Source) -> Vec<PlaceMm> {
     laid(source)
 }
 
-/// The points at a path; two columns will do.
-fn opened(path: &Path, text: &TextArgs, progress: &Progress) -> Result<Source, Failure> {
-    Source::open(path, text, progress).or_else(|failure| {
-        // As points in space x and y are too few, and two columns that nothing names may be a profile.
-        let mut planes = text.of_plane().into_iter();
-        planes.find_map(|plane| Source::open(path, &plane, progress).ok()).ok_or(failure)
-    })
-}
+/// Heights that differ by less than this share of the extent are those of a flat edge.
+const FLAT: f64 = 1e-3;
 
 /// Whether a file has two columns that no name calls x and y.
 fn is_profile(source: &Source) -> bool {

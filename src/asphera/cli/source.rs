@@ -180,10 +180,15 @@ impl Source {
 
     /// Says on stderr how the points were read, where no report does.
     pub(super) fn say_reading(&self) {
+        self.say_reading_as(self.reading().as_ref());
+    }
+
+    /// The same with other words for the columns of a file.
+    pub(super) fn say_reading_as(&self, reading: Option<&ReadingFigures>) {
         match &self.content {
             Content::File(_) => {
-                if let Some(reading) = self.reading() {
-                    say(&format!("columns    {}", columns(&reading)));
+                if let Some(reading) = reading {
+                    say(&format!("columns    {}", columns(reading)));
                     reading.cautions.iter().for_each(|words| say(&format!("  caution: {words}")));
                 }
                 if self.missing() > 0 {

@@ -82,6 +82,11 @@ impl TextArgs {
         all
     }
 
+    /// Whether a unit is given.
+    pub(super) fn has_unit(&self) -> bool {
+        !self.unit.is_empty()
+    }
+
     pub(super) fn options(&self) -> TextOptions {
         TextOptions {
             columns: self.columns.clone(),
