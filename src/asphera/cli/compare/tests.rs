@@ -126,3 +126,25 @@ fn two_places_are_no_closed_line() {
     assert!(other.contains("b.xyz: expected three places or more"), "{other}");
     assert!(other.ends_with("found 2"), "{other}");
 }
+
+#[test]
+fn places_in_no_order_have_no_area_in_common() {
+    let square = "0 0\n1 0\n1 1\n0 1\n";
+    // Steps of a fraction of the turn that no number of turns repeats.
+    let places = (0..20_000).map(|index| {
+        let (sin, cos) = (2.399_963 * f64::from(index)).sin_cos();
+        format!("{cos} {sin}\n")
+    });
+    let scattered: String = places.collect();
+    let figures = compare(("a.xyz", &scattered), ("b.xyz", square)).unwrap();
+    assert_eq!(figures.iou, None);
+    assert!(figures.unknown[0].starts_with("iou: expected places in order"), "{figures:?}");
+    // A line that goes to and fro, but in order, has its area.
+    let comb = (0..40).map(|index| {
+        let x = f64::from(index) / 40.0;
+        let [low, high] = if index % 2 == 0 { [0.1, 0.9] } else { [0.9, 0.1] };
+        format!("{x} {low}\n{x} {high}\n")
+    });
+    let comb: String = comb.chain(["1 0\n0 0\n".to_owned()]).collect();
+    assert!(compare(("a.xyz", &comb), ("b.xyz", square)).unwrap().iou.is_some());
+}
