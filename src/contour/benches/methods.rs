@@ -1,11 +1,12 @@
 //! How the time of every method grows, and whether it depends on the order of the points.
 //!
-//!     cargo bench -p asphera-contour --bench methods -- [--points N] [--runs R] [--methods A,B] [--json]
+//!     cargo bench -p asphera-contour --bench methods -- [--points N] [--runs R] [--methods A,B] [--once] [--json]
 //!
 //! Each takes N points at once, 1,000,000 where it is not said, against ten times a tenth of them: the method alone, and with its
 //! triangulation. Processor seconds of one thread, the least of R runs, 3 where it is not said, as other work only adds to it. Graphs, curves and strokes have samples of
 //! a closed curve, regions have points at random in a square. The last column is triangulation and method of the points in the order in
-//! which they are traced, over the same in no order. A method that takes fewer points says so.
+//! which they are traced, over the same in no order. A method that takes fewer points says so. With `--once` each method runs
+//! once, with the N points as traced, and only its seconds are printed.
 
 mod common {
     #[path = "../../../reconstruct/benches/common/clock.rs"]
@@ -53,7 +54,8 @@ fn main() {
         value(name).map_or(most, |word| word.replace('_', "").parse().expect("a number"))
     };
     let (count, runs) = (number("--points", 1_000_000), number("--runs", 3));
-    let is_json = arguments.iter().any(|argument| argument == "--json");
+    let [is_json, is_once] =
+        ["--json", "--once"].map(|word| arguments.iter().any(|argument| argument == word));
     let wanted = value("--methods");
     let is_wanted =
         |name: &str| wanted.as_ref().is_none_or(|names| names.split(',').any(|it| it == name));
@@ -61,7 +63,7 @@ fn main() {
     let area = Clouds::new(square, count);
     let works = Method::ALL.into_iter().map(|method| (method.name(), Work::Method(method)));
     let works = works.chain([("choice", Work::Choice), ("sampling", Work::Sampling)]);
-    if !is_json {
+    if !is_json && !is_once {
         println!("{count} points against {PARTS} x {}, {runs} runs", count / PARTS);
         println!(
             "{:<20}{:>10}{:>10}{:>11}{:>17}",
@@ -70,7 +72,8 @@ fn main() {
     }
     let one = ThreadPoolBuilder::new().num_threads(1).build().expect("threads");
     one.install(|| {
-        for (name, clouds) in [("triangulation", &curve), ("of the square", &area)] {
+        let meshes = [("triangulation", &curve), ("of the square", &area)];
+        for (name, clouds) in meshes.into_iter().filter(|_| !is_once) {
             let time = |points: &[PlaceMm]| {
                 least((0..runs).map(|_| timed(|| drop(meshed(points))).1).collect())
             };
@@ -82,22 +85,11 @@ fn main() {
         for (name, work) in works.filter(|(name, _)| is_wanted(name)) {
             let is_region = matches!(work, Work::Method(method) if is_of_area(method));
             let clouds = if is_region { &area } else { &curve };
-            if let Err(refused) = work.run(&meshed(&clouds.large)) {
-                print(is_json, name, Err(refused));
-                continue;
+            if is_once {
+                print_once(is_json, name, work.times(&clouds.large));
+            } else {
+                print(is_json, name, work.growth(clouds, runs));
             }
-            let time = |points: &[PlaceMm]| {
-                let of = || work.times(points);
-                let times: Vec<[f64; 2]> = (0..runs).map(|_| of()).collect();
-                [0, 1].map(|which| least(times.iter().map(|time| time[which]).collect()))
-            };
-            let [large, small, random] =
-                [&clouds.large, &clouds.small, &clouds.shuffled].map(|points| time(points));
-            let sum = |time: [f64; 2]| time[0] + time[1];
-            let growth = |large: f64, small: f64| large / (PARTS as f64 * small);
-            let alone = growth(large[1], small[1]);
-            let order = sum(large) / sum(random);
-            print(is_json, name, Ok([large[1], alone, growth(sum(large), sum(small)), order]));
         }
     });
 }
@@ -110,17 +102,31 @@ impl Clouds {
 }
 
 impl Work {
-    /// Seconds of the triangulation, and of the work. What a method shares with others is made anew: order of lengths, nearest
-    /// samples, trees.
-    fn times(self, points: &[PlaceMm]) -> [f64; 2] {
+    /// Seconds of the work, its growth alone and with the triangulation, and traced over random; why it is refused.
+    fn growth(self, clouds: &Clouds, runs: usize) -> Result<[f64; 4], String> {
+        let time = |points: &[PlaceMm]| -> Result<[f64; 2], String> {
+            let times: Vec<[f64; 2]> =
+                (0..runs).map(|_| self.times(points)).collect::<Result<_, _>>()?;
+            Ok([0, 1].map(|which| least(times.iter().map(|time| time[which]).collect())))
+        };
+        let [large, small, random] =
+            [time(&clouds.large)?, time(&clouds.small)?, time(&clouds.shuffled)?];
+        let sum = |time: [f64; 2]| time[0] + time[1];
+        let growth = |large: f64, small: f64| large / (PARTS as f64 * small);
+        let (alone, with_mesh) = (growth(large[1], small[1]), growth(sum(large), sum(small)));
+        Ok([large[1], alone, with_mesh, sum(large) / sum(random)])
+    }
+
+    /// Seconds of the triangulation, and of the work; why it is refused. What a method shares with others is made anew: order of
+    /// lengths, nearest samples, trees.
+    fn times(self, points: &[PlaceMm]) -> Result<[f64; 2], String> {
         let (mesh, mesh_s) = timed(|| meshed(points));
         if let Work::Sampling = self {
             let curve = asphera_contour::curves::hnn_crust(mesh.samples());
-            return [mesh_s, timed(|| drop(CurveSampling::new(&mesh, &curve))).1];
+            return Ok([mesh_s, timed(|| drop(CurveSampling::new(&mesh, &curve))).1]);
         }
         let (found, seconds) = timed(|| self.run(&mesh));
-        found.expect("a method that ran before");
-        [mesh_s, seconds]
+        found.map(|()| [mesh_s, seconds])
     }
 
     fn run(self, mesh: &Triangulation) -> Result<(), String> {
@@ -171,5 +177,17 @@ fn print(is_json: bool, name: &str, found: Result<[f64; 4], String>) {
         }
         Err(refused) if is_json => println!("{{\"of\": \"{name}\", \"refused\": \"{refused}\"}}"),
         Err(refused) => println!("{name:<20}{refused}"),
+    }
+}
+
+/// Prints seconds of one run, alone.
+#[expect(clippy::print_stdout, reason = "a benchmark prints what it measures")]
+fn print_once(is_json: bool, name: &str, found: Result<[f64; 2], String>) {
+    match found {
+        Ok([_, seconds]) if is_json => {
+            println!("{{\"of\": \"{name}\", \"seconds\": {seconds:.4}}}");
+        }
+        Ok([_, seconds]) => println!("{name:<20}{seconds:>10.3}"),
+        Err(refused) => print(is_json, name, Err(refused)),
     }
 }

@@ -3,10 +3,11 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use asphera_geometry::predicates::orientation;
+use asphera_geometry::BoundsMm;
+use asphera_geometry::predicates::{by_x_then_y, orientation};
 
 use crate::triangulation::TriangleId;
-use crate::{Graph, PlaceMm, Triangulation};
+use crate::{Graph, PlaceMm, SampleId, Triangulation};
 
 /// Voronoi labelling: Voronoi vertices beyond the hull lie outside, and each vertex outside splits the cells that meet in it.
 ///
@@ -26,8 +27,9 @@ pub fn voronoi_labelling(triangulation: &Triangulation) -> Graph {
         is_outside: vec![false; centres.len()],
         queue: BinaryHeap::new(),
     };
+    let hull = Hull::new(triangulation);
     for triangle in 0..centres.len() as TriangleId {
-        if is_beyond_hull(triangulation, triangle, centres[triangle as usize]) {
+        if hull.is_beyond(centres[triangle as usize]) {
             labels.put_outside(triangle);
         }
     }
@@ -83,24 +85,46 @@ impl Labels<'_> {
     }
 }
 
-/// Whether a Voronoi vertex lies beyond the hull: the way to it from its triangle leaves all triangles.
-fn is_beyond_hull(triangulation: &Triangulation, triangle: TriangleId, centre: PlaceMm) -> bool {
-    if !centre.iter().all(|value| value.is_finite()) {
-        return true;
+/// The sides of the hull below and above its samples, each from left to right.
+///
+/// Samples are numbered by x, then y, and edges by their ends: so both ways are in order, and a place lies beyond one side of each at most.
+struct Hull<'a> {
+    triangulation: &'a Triangulation,
+    bounds: BoundsMm,
+    below: Vec<[SampleId; 2]>,
+    above: Vec<[SampleId; 2]>,
+}
+
+impl<'a> Hull<'a> {
+    fn new(triangulation: &'a Triangulation) -> Hull<'a> {
+        let (mut below, mut above) = (Vec::new(), Vec::new());
+        for edge in triangulation.edges() {
+            match edge.triangles() {
+                [Some(_), None] => below.push(edge.ends),
+                [None, Some(_)] => above.push(edge.ends),
+                _ => {}
+            }
+        }
+        let bounds = BoundsMm::about(triangulation.samples().places().iter().copied());
+        Hull { triangulation, bounds, below, above }
     }
-    let (mut at, mut from) = (triangle, None);
-    loop {
-        let corners =
-            triangulation.triangles()[at as usize].map(|corner| triangulation.place(corner));
-        let across = triangulation.across(at);
-        let next = (0..3).find(|&side| {
-            (across[side] != from || from.is_none())
-                && orientation(corners[side], corners[(side + 1) % 3], centre).is_lt()
-        });
-        match next.map(|side| across[side]) {
-            None => return false,
-            Some(None) => return true,
-            Some(Some(other)) => (at, from) = (other, Some(at)),
+
+    /// Whether a place lies beyond the hull; one that is no number does.
+    fn is_beyond(&self, place: PlaceMm) -> bool {
+        // Voronoi vertices may lie so far off that products overflow.
+        let BoundsMm { low, high } = self.bounds;
+        if !(0..2).all(|axis| (low[axis]..=high[axis]).contains(&place[axis])) {
+            return true;
+        }
+        let turn = |sides: &[[SampleId; 2]]| {
+            let at = |sample: SampleId| self.triangulation.place(sample);
+            let follows = |side: &[SampleId; 2]| by_x_then_y(at(side[0]), place).is_le();
+            let [p, q] = sides[sides.partition_point(follows).checked_sub(1)?].map(at);
+            by_x_then_y(place, q).is_le().then(|| orientation(p, q, place))
+        };
+        match [turn(&self.below), turn(&self.above)] {
+            [Some(below), Some(above)] => below.is_lt() || above.is_gt(),
+            _ => true,
         }
     }
 }
@@ -127,5 +151,36 @@ impl Ord for Vertex {
 impl PartialOrd for Vertex {
     fn partial_cmp(&self, other: &Vertex) -> Option<Ordering> {
         Some(self.cmp(other))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Samples;
+
+    #[test]
+    fn beyond_the_hull_is_right_of_one_of_its_sides() {
+        let spread = |index: u32| index.wrapping_mul(0x9E37_79B9) >> 26;
+        let lattice = (0..40).map(|index| [spread(index), spread(7 * index + 3)].map(f64::from));
+        let square = [[0.0, 0.0], [0.0, 2.0], [0.0, 4.0], [4.0, 4.0], [4.0, 0.0], [2.0, 0.0]];
+        for places in [lattice.collect::<Vec<PlaceMm>>(), square.to_vec()] {
+            let triangulation = Triangulation::new(Samples::new(&places).expect("finite places"));
+            let hull = Hull::new(&triangulation);
+            let at = |sample: SampleId| triangulation.place(sample);
+            for index in 0..70 * 70 {
+                let place = [index % 70 - 3, index / 70 - 3].map(f64::from);
+                let is_right = triangulation.edges().iter().any(|edge| {
+                    let turn = orientation(at(edge.ends[0]), at(edge.ends[1]), place);
+                    match edge.triangles() {
+                        [Some(_), None] => turn.is_lt(),
+                        [None, Some(_)] => turn.is_gt(),
+                        _ => false,
+                    }
+                });
+                assert_eq!(hull.is_beyond(place), is_right, "{place:?}");
+            }
+            assert!(hull.is_beyond([f64::NAN, 1.0]) && hull.is_beyond([1.0, f64::INFINITY]));
+        }
     }
 }
