@@ -1,17 +1,20 @@
 //! The distance of a place, or of a side, to lines.
 
+mod tree;
+
 use std::cell::Cell;
 
-use asphera_geometry::{WeightedTree, side};
+use asphera_geometry::predicates::orientation;
+use asphera_geometry::side;
 
+use self::tree::SideTree;
 use crate::PlaceMm;
 use crate::triangulation::distance_mm;
 
 /// The sides of lines, found by their middles.
 pub(crate) struct Polylines {
     sides: Vec<[PlaceMm; 2]>,
-    /// Their middles; half their lengths are negative weights, so that weight + distance bounds the distance to a side.
-    tree: WeightedTree,
+    tree: SideTree,
     /// Share of a distance by which what is found may be too long.
     slack: f64,
 }
@@ -33,12 +36,7 @@ impl Polylines {
 
     /// Sides by their ends in mm, in any order.
     pub(crate) fn of_sides(sides: Vec<[PlaceMm; 2]>) -> Polylines {
-        let middles = sides.iter().map(|&[p, q]| {
-            let [x, y] = middle(p, q);
-            ([x, y, 0.0], -0.5 * distance_mm(p, q))
-        });
-        let tree = WeightedTree::new(middles);
-        Polylines { sides, tree, slack: 0.0 }
+        Polylines { tree: SideTree::new(&sides), sides, slack: 0.0 }
     }
 
     /// The same with distances that may be too long by a share of 10⁻⁶.
@@ -55,37 +53,46 @@ impl Polylines {
 
     /// The nearest side to a place and its distance in mm; none without sides.
     pub(crate) fn nearest(&self, place: PlaceMm) -> Option<(u32, f64)> {
-        self.least(place, 0.0, |side| side::distance_mm(side, place))
+        self.least([place; 2], |side, most_mm| distance_within_mm(side, place, most_mm))
     }
 
     /// The distance of the nearest side to a side in mm, 0 where they cross; none without sides.
     pub(crate) fn distance_to_side_mm(&self, [p, q]: [PlaceMm; 2]) -> Option<f64> {
-        let reach_mm = 0.5 * distance_mm(p, q);
-        self.least(middle(p, q), reach_mm, |side| between_sides_mm([p, q], side))
-            .map(|(_, distance_mm)| distance_mm)
+        let (at, reach_mm) = (middle(p, q), 0.5 * distance_mm(p, q));
+        // No place of the side is farther from its middle; coordinates are rounded.
+        let rounding_mm = 16.0 * f64::EPSILON * (at[0].abs() + at[1].abs() + reach_mm);
+        let of = |side, most_mm: f64| {
+            let within_mm = most_mm + reach_mm + rounding_mm;
+            if is_longer(way_mm(side, at), within_mm + 1e-12 * within_mm) {
+                return None;
+            }
+            between_sides_mm([p, q], side, most_mm)
+        };
+        self.least([p, q], of).map(|(_, distance_mm)| distance_mm)
     }
 
-    /// The side of the least distance as `of` tells it, and that; `of` is at least that to `place` less `reach_mm`.
+    /// The side nearest to one, and the distance, as `of` finds it; it may find none where that is above a length.
     fn least(
         &self,
-        place: PlaceMm,
-        reach_mm: f64,
-        of: impl Fn([PlaceMm; 2]) -> f64,
+        [p, q]: [PlaceMm; 2],
+        of: impl Fn([PlaceMm; 2], f64) -> Option<f64>,
     ) -> Option<(u32, f64)> {
-        let at = [place[0], place[1], 0.0];
-        let (first, _) = self.tree.nearest(at, |_| true)?;
-        let best = Cell::new((of(self.sides[first as usize]), first));
+        let (place, reach_mm) = (middle(p, q), 0.5 * distance_mm(p, q));
+        let first = self.tree.nearest(place)?;
+        let best = Cell::new((of(self.sides[first as usize], f64::INFINITY)?, first));
         self.tree.visit(
-            |bounds, weight_mm| {
-                let floor_mm = bounds.squared_distance_mm2(at).sqrt() + weight_mm - reach_mm;
-                floor_mm <= best.get().0 * (1.0 - self.slack)
+            |node, is_leaf| {
+                let least_mm = best.get().0;
+                let is_near = node.floor_mm(place) - reach_mm <= least_mm * (1.0 - self.slack);
+                (is_leaf || is_near) && node.gap_mm([p, q]) <= least_mm
             },
             |side| {
-                let found = (of(self.sides[side as usize]), side);
-                if found.0 < best.get().0 || (found.0 == best.get().0 && found.1 < best.get().1) {
-                    best.set(found);
+                let (least_mm, first) = best.get();
+                if let Some(found_mm) = of(self.sides[side as usize], least_mm)
+                    && (found_mm < least_mm || (found_mm == least_mm && side < first))
+                {
+                    best.set((found_mm, side));
                 }
-                false
             },
         );
         let (distance_mm, side) = best.get();
@@ -98,20 +105,37 @@ pub(crate) fn middle(p: PlaceMm, q: PlaceMm) -> PlaceMm {
     [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])]
 }
 
-/// The distance of two sides in mm; 0 where they cross.
-fn between_sides_mm([a, b]: [PlaceMm; 2], [p, q]: [PlaceMm; 2]) -> f64 {
-    let turn = |o: PlaceMm, u: PlaceMm, v: PlaceMm| {
-        (u[0] - o[0]) * (v[1] - o[1]) - (u[1] - o[1]) * (v[0] - o[0])
+/// The distance of a place from a side in mm; none where it is above `most_mm`.
+fn distance_within_mm(side: [PlaceMm; 2], place: PlaceMm, most_mm: f64) -> Option<f64> {
+    let way_mm = way_mm(side, place);
+    (!is_longer(way_mm, most_mm)).then(|| way_mm[0].hypot(way_mm[1]))
+}
+
+/// The way to a place from the nearest one of a side, mm.
+fn way_mm(side: [PlaceMm; 2], place: PlaceMm) -> [f64; 2] {
+    let nearest = side::nearest_mm(side, place);
+    [place[0] - nearest[0], place[1] - nearest[1]]
+}
+
+/// Whether a way is certainly longer than a length in mm. That needs no root, which takes longer than all else.
+fn is_longer([x, y]: [f64; 2], length_mm: f64) -> bool {
+    x * x + y * y > length_mm * length_mm * (1.0 + 8.0 * f64::EPSILON)
+}
+
+/// The distance of two sides in mm, 0 where they cross; none where it is above `most_mm`.
+///
+/// Whether they cross is decided exactly: a side may be so short that the sides of its ends are rounding alone.
+fn between_sides_mm([a, b]: [PlaceMm; 2], [p, q]: [PlaceMm; 2], most_mm: f64) -> Option<f64> {
+    let apart = |line: [PlaceMm; 2], [first, second]: [PlaceMm; 2]| {
+        let is_left = |place: PlaceMm| orientation(line[0], line[1], place).is_gt();
+        is_left(first) != is_left(second)
     };
-    let apart = |first: f64, second: f64| (first > 0.0) != (second > 0.0);
-    if apart(turn(a, b, p), turn(a, b, q)) && apart(turn(p, q, a), turn(p, q, b)) {
-        return 0.0;
+    if apart([a, b], [p, q]) && apart([p, q], [a, b]) {
+        return Some(0.0);
     }
-    let ends = [
-        side::distance_mm([p, q], a),
-        side::distance_mm([p, q], b),
-        side::distance_mm([a, b], p),
-        side::distance_mm([a, b], q),
-    ];
-    ends.into_iter().fold(f64::INFINITY, f64::min)
+    let ends = [([p, q], a), ([p, q], b), ([a, b], p), ([a, b], q)];
+    ends.into_iter().fold(None, |least_mm, (side, end)| {
+        let found_mm = distance_within_mm(side, end, least_mm.unwrap_or(most_mm));
+        found_mm.map_or(least_mm, |found_mm| Some(least_mm.map_or(found_mm, |it| it.min(found_mm))))
+    })
 }
