@@ -1,6 +1,7 @@
 //! Optimal transport: points carried onto few edges at the least cost.
 
 mod about;
+mod ears;
 mod ends;
 mod load;
 mod planar;

@@ -1,6 +1,7 @@
 //! The surroundings of a vertex: what other edges there would cost.
 
-use super::ends::{Ends, Nearness, doubled_area_mm2, is_left_turn, squared};
+use super::ears::Ears;
+use super::ends::{Ends, Nearness, is_left_turn, squared};
 use super::load::{Cost, Load};
 use super::planar::{HalfEdge, Planar, next};
 use super::star::Star;
@@ -13,7 +14,7 @@ pub(super) struct Filling {
     /// Smaller index first; of a vertex that moves twice the index of each spoke.
     pub(super) inner: Vec<[usize; 2]>,
     open: Vec<usize>,
-    is_blocked: Vec<bool>,
+    ears: Ears,
 }
 
 /// A point of the surroundings, and the side of the ring that it is nearest to; of a point on a side that side.
@@ -122,43 +123,26 @@ impl<'a> About<'a> {
     /// Fills the ring from one of its vertices, for which corners that it does not see are cut off before; false if that cannot be.
     pub(super) fn fill(&self, first: usize, filling: &mut Filling) -> bool {
         let count = self.ring.len();
-        let Filling { triangles, inner, open, is_blocked } = filling;
+        let Filling { triangles, inner, open, ears } = filling;
         triangles.clear();
         inner.clear();
         open.clear();
-        open.extend((first..first + count).map(|index| index % count));
-        let at = |index: usize| self.planar.place(self.ring[index]);
-        let from = at(first);
-        loop {
-            is_blocked.clear();
-            is_blocked.extend(
-                open[1..].windows(2).map(|ends| !is_left_turn(from, at(ends[0]), at(ends[1]))),
-            );
-            if !is_blocked.contains(&true) {
-                break;
+        let index = |corner: usize| (first + corner) % count;
+        let at = |corner: usize| self.planar.place(self.ring[index(corner)]);
+        let from = at(0);
+        if (2..count).all(|corner| is_left_turn(from, at(corner - 1), at(corner))) {
+            open.extend((0..count).map(index));
+        } else {
+            // The edge to a corner is flipped.
+            let is_seen = ears.cut(count, self.place, at, |corners| {
+                let [a, b, c] = corners.map(index);
+                triangles.push([a, b, c]);
+                inner.push([a.min(c), a.max(c)]);
+            });
+            if !is_seen {
+                return false;
             }
-            // The edge to a corner is flipped: the corner that leaves the most to be seen goes.
-            let mut best: Option<(f64, usize)> = None;
-            for index in 1..open.len() {
-                let blocks =
-                    |side: usize| is_blocked.get(side.wrapping_sub(1)).is_some_and(|is| *is);
-                if open.len() < 4 || !(blocks(index) || blocks(index - 1)) {
-                    continue;
-                }
-                let [a, b, c] =
-                    [open[index - 1], open[index], open[(index + 1) % open.len()]].map(at);
-                if is_left_turn(a, b, c) && is_left_turn(self.place, a, c) {
-                    let seen_mm2 = doubled_area_mm2(from, a, c);
-                    if best.is_none_or(|best| seen_mm2 > best.0) {
-                        best = Some((seen_mm2, index));
-                    }
-                }
-            }
-            let Some((_, index)) = best else { return false };
-            let [a, b, c] = [open[index - 1], open[index], open[(index + 1) % open.len()]];
-            triangles.push([a, b, c]);
-            inner.push([a.min(c), a.max(c)]);
-            open.remove(index);
+            open.extend(ears.left().map(index));
         }
         for (index, ends) in open[1..].windows(2).enumerate() {
             triangles.push([first, ends[0], ends[1]]);
