@@ -139,3 +139,48 @@ fn between_sides_mm([a, b]: [PlaceMm; 2], [p, q]: [PlaceMm; 2], most_mm: f64) ->
         found_mm.map_or(least_mm, |found_mm| Some(least_mm.map_or(found_mm, |it| it.min(found_mm))))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn spread(index: u32) -> f64 {
+        f64::from(index.wrapping_mul(0x9E37_79B9)) * 2.0_f64.powi(-32)
+    }
+
+    #[test]
+    fn a_side_that_is_rounding_alone_crosses_nothing_far_off() {
+        let along = |share: f64| [1.0 + 0.6 * share, 2.0 - 0.8 * share];
+        for index in 0..2_000 {
+            let at = along(30.0 + 10.0 * spread(index));
+            let beside = [at[0].next_up(), at[1]];
+            let short = Polylines::of_sides(vec![[at, beside]]);
+            let found = short.distance_to_side_mm([along(0.0), along(1.0 + spread(7 * index))]);
+            assert!(found.is_some_and(|it| it > 28.0), "{index}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn the_nearest_side_is_that_of_looking_at_all() {
+        // A line that slants and bends, some sides of it far longer than others.
+        let place = |index: u32| {
+            let share = f64::from(index) + 0.8 * spread(index);
+            [3.0 + 0.01 * share, 0.02 * share + (0.005 * share).sin()]
+        };
+        let places: Vec<PlaceMm> = (0..1_000).map(place).collect();
+        let mut sides: Vec<[PlaceMm; 2]> = places.windows(2).map(|it| [it[0], it[1]]).collect();
+        sides.extend((0..30).map(|index| [place(31 * index), place(31 * index + 9)]));
+        let lines = Polylines::of_sides(sides.clone());
+        for index in 0..300 {
+            let from = [14.0 * spread(3 * index), 22.0 * spread(5 * index + 1)];
+            let to = [from[0] + spread(index) - 0.5, from[1] + spread(index + 9) - 0.5];
+            let least =
+                |of: &dyn Fn([PlaceMm; 2]) -> f64| sides.iter().map(|&it| of(it)).reduce(f64::min);
+            let expected = least(&|side| side::distance_mm(side, from));
+            assert_eq!(lines.distance_mm(from), expected);
+            let between = |side| between_sides_mm([from, to], side, f64::INFINITY);
+            let expected = least(&|side| between(side).unwrap_or(f64::INFINITY));
+            assert_eq!(lines.distance_to_side_mm([from, to]), expected);
+        }
+    }
+}
