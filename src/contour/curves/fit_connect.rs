@@ -71,7 +71,10 @@ impl<'a> Joined<'a> {
             if open.is_empty() {
                 break;
             }
-            for &sample in &open {
+            // In any order: that of the numbers asks for memory in order.
+            let mut by_number = open.clone();
+            by_number.sort_unstable();
+            for sample in by_number {
                 joined.refit(sample, count);
             }
             for &sample in &open {
