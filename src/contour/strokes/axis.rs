@@ -1,6 +1,6 @@
 //! The middle of what lies between regions.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
 use super::StrokeLine;
 use crate::polylines::middle;
@@ -115,13 +115,16 @@ impl Axis<'_> {
                 self.cross(triangle, &is_port, &mut ways);
             }
         }
-        while self.cut_spurs(&mut ways) {}
+        let count = self.of_triangle(self.triangulation.triangles().len() as TriangleId);
+        let mut nodes = vec![Node::default(); count as usize];
+        ways.iter().for_each(|&way| change(&mut nodes, way, 1));
+        while self.cut_spurs(&mut nodes, &mut ways) {}
         // Nodes that have a way, numbered without gaps.
-        let mut nodes: Vec<u32> = ways.as_flattened().to_vec();
-        nodes.sort_unstable();
-        nodes.dedup();
-        let number = |node: u32| nodes.binary_search(&node).unwrap_or(0) as u32;
-        let graph = Graph::new(ways.iter().map(|way| way.map(number)));
+        let mut numbers = vec![0; nodes.len()];
+        let nodes: Vec<u32> =
+            (0..).zip(&nodes).filter(|(_, it)| it.degree > 0).map(|(node, _)| node).collect();
+        nodes.iter().zip(0_u32..).for_each(|(&node, number)| numbers[node as usize] = number);
+        let graph = Graph::new(ways.iter().map(|way| way.map(|node| numbers[node as usize])));
         let chains = graph.chains(nodes.len()).into_iter();
         chains
             .map(|chain| StrokeLine {
@@ -192,13 +195,7 @@ impl Axis<'_> {
     }
 
     /// Takes ends off that begin at a junction and are no longer than twice the width of the stroke there; false if there are none.
-    fn cut_spurs(&self, ways: &mut Vec<[u32; 2]>) -> bool {
-        let mut beside: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-        for &[p, q] in &*ways {
-            beside.entry(p).or_default().push(q);
-            beside.entry(q).or_default().push(p);
-        }
-        let degree = |node: u32| beside.get(&node).map_or(0, Vec::len);
+    fn cut_spurs(&self, nodes: &mut [Node], ways: &mut Vec<[u32; 2]>) -> bool {
         let samples = self.triangulation.len() as u32;
         let width_mm = |node: u32| match node.checked_sub(samples) {
             Some(side) if (side as usize) < self.triangulation.edges().len() => {
@@ -207,24 +204,50 @@ impl Axis<'_> {
             _ => 0.0,
         };
         let mut gone: Vec<[u32; 2]> = Vec::new();
-        for (&leaf, ends) in beside.iter().filter(|(_, ends)| ends.len() == 1) {
-            let (mut before, mut at) = (leaf, ends[0]);
+        for (leaf, node) in (0..).zip(&*nodes).filter(|(_, node)| node.degree == 1) {
+            let (mut before, mut at) = (leaf, node.others);
             let mut branch = vec![[leaf.min(at), leaf.max(at)]];
             let mut length_mm = distance_mm(self.place(leaf), self.place(at));
             let mut widest_mm = width_mm(at);
-            while degree(at) == 2 {
-                let Some(&next) = beside[&at].iter().find(|&&next| next != before) else { break };
+            while nodes[at as usize].degree == 2 {
+                let next = nodes[at as usize].others ^ before;
+                if next == before {
+                    break;
+                }
                 branch.push([at.min(next), at.max(next)]);
                 length_mm += distance_mm(self.place(at), self.place(next));
                 widest_mm = f64::max(widest_mm, width_mm(next));
                 (before, at) = (at, next);
             }
-            if degree(at) > 2 && length_mm <= 2.0 * widest_mm {
+            if nodes[at as usize].degree > 2 && length_mm <= 2.0 * widest_mm {
                 gone.extend(branch);
             }
         }
         gone.sort_unstable();
-        ways.retain(|&[p, q]| gone.binary_search(&[p.min(q), p.max(q)]).is_err());
+        ways.retain(|&[p, q]| {
+            let is_gone = gone.binary_search(&[p.min(q), p.max(q)]).is_ok();
+            if is_gone {
+                change(nodes, [p, q], -1);
+            }
+            !is_gone
+        });
         !gone.is_empty()
+    }
+}
+
+/// What the ways at a node lead to.
+#[derive(Clone, Copy, Default)]
+struct Node {
+    degree: u32,
+    /// The other ends of its ways, joined by exclusive or: the one end, or of two each from the other.
+    others: u32,
+}
+
+/// Adds a way to the nodes at its ends, or takes it away.
+fn change(nodes: &mut [Node], [p, q]: [u32; 2], by: i32) {
+    for (at, to) in [(p, q), (q, p)] {
+        let node = &mut nodes[at as usize];
+        node.degree = node.degree.wrapping_add_signed(by);
+        node.others ^= to;
     }
 }
