@@ -15,7 +15,8 @@ pub(crate) struct Fan {
 impl Triangulation {
     /// The fan of a sample; empty if there are no triangles.
     pub(crate) fn fan(&self, sample: SampleId) -> Fan {
-        let mut fan = Fan { edges: Vec::new(), sectors: Vec::new() };
+        let count = self.spokes(sample).len();
+        let mut fan = Fan { edges: Vec::with_capacity(count), sectors: Vec::with_capacity(count) };
         // A sample on the hull has one edge with nothing clockwise of it; its fan begins there.
         let first = self.spokes(sample).iter().find(|spoke| {
             self.beside(sample, spoke.edge)[1].is_none()
