@@ -4,7 +4,6 @@ mod tree;
 
 use std::cell::Cell;
 
-use asphera_geometry::predicates::orientation;
 use asphera_geometry::side;
 
 use self::tree::SideTree;
@@ -58,16 +57,7 @@ impl Polylines {
 
     /// The distance of the nearest side to a side in mm, 0 where they cross; none without sides.
     pub(crate) fn distance_to_side_mm(&self, [p, q]: [PlaceMm; 2]) -> Option<f64> {
-        let (at, reach_mm) = (middle(p, q), 0.5 * distance_mm(p, q));
-        // No place of the side is farther from its middle; coordinates are rounded.
-        let rounding_mm = 16.0 * f64::EPSILON * (at[0].abs() + at[1].abs() + reach_mm);
-        let of = |side, most_mm: f64| {
-            let within_mm = most_mm + reach_mm + rounding_mm;
-            if is_longer(way_mm(side, at), within_mm + 1e-12 * within_mm) {
-                return None;
-            }
-            between_sides_mm([p, q], side, most_mm)
-        };
+        let of = |side, most_mm| between_sides_mm([p, q], side, most_mm);
         self.least([p, q], of).map(|(_, distance_mm)| distance_mm)
     }
 
@@ -123,14 +113,23 @@ fn is_longer([x, y]: [f64; 2], length_mm: f64) -> bool {
 }
 
 /// The distance of two sides in mm, 0 where they cross; none where it is above `most_mm`.
-///
-/// Whether they cross is decided exactly: a side may be so short that the sides of its ends are rounding alone.
 fn between_sides_mm([a, b]: [PlaceMm; 2], [p, q]: [PlaceMm; 2], most_mm: f64) -> Option<f64> {
-    let apart = |line: [PlaceMm; 2], [first, second]: [PlaceMm; 2]| {
-        let is_left = |place: PlaceMm| orientation(line[0], line[1], place).is_gt();
-        is_left(first) != is_left(second)
+    // No place of a side is farther from its middle than half its length; coordinates are rounded.
+    let (at, half_mm) = (middle(a, b), 0.5 * distance_mm(a, b));
+    let half_mm = half_mm + ROUNDING * (at[0].abs() + at[1].abs() + half_mm);
+    let to_middle_mm = way_mm([p, q], at);
+    if is_longer(to_middle_mm, (most_mm + half_mm) * (1.0 + ROUNDING)) {
+        return None;
+    }
+    let turn = |o: PlaceMm, u: PlaceMm, v: PlaceMm| {
+        (u[0] - o[0]) * (v[1] - o[1]) - (u[1] - o[1]) * (v[0] - o[0])
     };
-    if apart([a, b], [p, q]) && apart([p, q], [a, b]) {
+    let apart = |first: f64, second: f64| (first > 0.0) != (second > 0.0);
+    // Of a side so short that it is rounding alone any place may seem to lie on both sides.
+    if !is_longer(to_middle_mm, half_mm)
+        && apart(turn(a, b, p), turn(a, b, q))
+        && apart(turn(p, q, a), turn(p, q, b))
+    {
         return Some(0.0);
     }
     let ends = [([p, q], a), ([p, q], b), ([a, b], p), ([a, b], q)];
@@ -139,6 +138,9 @@ fn between_sides_mm([a, b]: [PlaceMm; 2], [p, q]: [PlaceMm; 2], most_mm: f64) ->
         found_mm.map_or(least_mm, |found_mm| Some(least_mm.map_or(found_mm, |it| it.min(found_mm))))
     })
 }
+
+/// Of lengths that are differences of coordinates.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 #[cfg(test)]
 mod tests {
@@ -153,7 +155,9 @@ mod tests {
         let along = |share: f64| [1.0 + 0.6 * share, 2.0 - 0.8 * share];
         for index in 0..2_000 {
             let at = along(30.0 + 10.0 * spread(index));
-            let beside = [at[0].next_up(), at[1]];
+            // A few bits along the same line.
+            let bit = f64::EPSILON * 16.0;
+            let beside = [at[0] + 3.0 * bit, at[1] - 4.0 * bit];
             let short = Polylines::of_sides(vec![[at, beside]]);
             let found = short.distance_to_side_mm([along(0.0), along(1.0 + spread(7 * index))]);
             assert!(found.is_some_and(|it| it > 28.0), "{index}: {found:?}");
