@@ -160,7 +160,7 @@ fn of_grown_curve(method: &Method) -> Facts {
         ),
         Method::OptimalTransport => (
             "optimal-transport",
-            "none (approximates; few vertices beside the points)",
+            "none (approximates; few vertices beside the points; slow in straight rows of even steps without noise)",
             "de Goes, Cohen-Steiner, Alliez, Desbrun 2011, after CGAL's manual; ties, flips, tolerance and relevance are our choice",
         ),
         Method::StretchDenoise => (
