@@ -70,6 +70,11 @@ impl Field {
     }
 }
 
+/// Numbers as a person gives them.
+fn listed(numbers: &[f64]) -> String {
+    numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
+}
+
 /// Reason why a function has no values.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum FunctionError {
@@ -77,13 +82,13 @@ pub enum FunctionError {
     #[error("no points: expected one at least; check the file")]
     NoPoints,
     /// A direction without length.
-    #[error("the direction is {direction:?}: expected one that is finite and not 0")]
+    #[error("the direction is {}: expected one that is finite and not 0", listed(direction))]
     Direction {
         /// The direction.
         direction: Vec<f64>,
     },
     /// A point that is not finite.
-    #[error("the point is {point_mm:?} mm: expected finite coordinates")]
+    #[error("the point is {} mm: expected finite coordinates", listed(point_mm))]
     Point {
         /// The point in mm.
         point_mm: Vec<f64>,

@@ -232,7 +232,7 @@ pub enum GraphError {
     },
     /// τ is too small for cells to be numbered.
     #[error(
-        "tau is {tau_mm} mm and the points span {diagonal_mm} mm: expected a tau of at least a billionth of that"
+        "tau is {tau_mm} mm and the points span {diagonal_mm:.3e} mm: expected a tau of at least a billionth of that"
     )]
     FineTau {
         /// τ in mm.

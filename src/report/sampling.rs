@@ -46,6 +46,13 @@ pub struct SamplingFigures {
     pub uncovered_area_mm2: Option<f64>,
     /// Standard deviation of the heights from point to point, along the direction of projection, in nm.
     pub noise_sigma_nm: Option<f64>,
+    /// Noise in nm of the quietest and of the loudest of some twenty regions, where it differs by twice and more;
+    /// `noise_sigma_nm` is then a middle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_range_nm: Option<[f64; 2]>,
+    /// The root mean square of that noise over the part in nm: what it adds to the RMS.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_rms_nm: Option<f64>,
     /// Step in which the heights come, in nm, where noise does not blur it. Form below it is not known, and the noise is taken as that
     /// of rounding: step/√12.
     #[serde(default, skip_serializing_if = "Option::is_none")]

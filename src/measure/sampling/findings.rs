@@ -9,7 +9,7 @@ use asphera_surface::Plane;
 use asphera_surface::coverage::{
     Aperture, Coverage, CoverageError, Density, Examination, Patch, cover, examine,
 };
-use asphera_surface::noise::{Advice, Noise, NoiseEstimate};
+use asphera_surface::noise::{Advice, Noise, NoiseEstimate, UnevenNoise};
 
 use super::next::{self, Next};
 use super::places::Lifted;
@@ -103,6 +103,7 @@ impl Look<'_> {
         let missing_mm2 = |patches: &[Patch]| patches.iter().map(Patch::missing_mm2).sum::<f64>();
         let more_mm2 = missing_mm2(&coverage.patches[listed.len()..]) + coverage.remainder_mm2;
         let step_mm = self.noise.as_ref().ok().and_then(|found| found.step_mm);
+        let uneven = self.noise.as_ref().ok().and_then(|found| found.uneven);
         let figures = SamplingFigures {
             lfs_min_mm: coverage.lfs_min_mm.and_then(finite),
             lfs_source: self.source.map(str::to_owned),
@@ -120,6 +121,8 @@ impl Look<'_> {
             undersampled_area_mm2: areas.map(|areas| areas.undersampled_mm2),
             uncovered_area_mm2: areas.map(|areas| areas.uncovered_mm2),
             noise_sigma_nm: noise.map(|noise| 1e6 * noise.sigma_mm()),
+            noise_range_nm: uneven.map(|found| [found.least_mm, found.most_mm].map(|mm| 1e6 * mm)),
+            noise_rms_nm: uneven.map(|found| 1e6 * found.rms_mm),
             height_step_nm: step_mm.map(|step_mm| 1e6 * step_mm),
             spacing_median_mm: dense.and_then(|dense| dense.spacing_median_mm),
             overdense_fraction: dense.and_then(|dense| dense.overdense_fraction),
@@ -146,6 +149,7 @@ impl Look<'_> {
         match &self.noise {
             Ok(found) => {
                 self.unknown.extend(found.step_mm.map(in_steps));
+                self.unknown.extend(differs(found));
                 (Some(found.noise), None)
             }
             Err(why) => {
@@ -154,6 +158,17 @@ impl Look<'_> {
             }
         }
     }
+}
+
+/// What one noise does not tell where regions differ.
+pub(crate) fn differs(found: &NoiseEstimate) -> Option<String> {
+    let UnevenNoise { least_mm, most_mm, rms_mm } = found.uneven?;
+    let nm = [least_mm, most_mm, rms_mm, found.noise.sigma_mm()].map(|mm| short(1e6 * mm));
+    let [least, most, rms, sigma] = nm;
+    Some(format!(
+        "the noise differs over the part, {least} to {most} nm: the RMS without noise counts {rms} nm, their root mean square, and all \
+         else {sigma} nm everywhere"
+    ))
 }
 
 /// What heights in steps do not tell.

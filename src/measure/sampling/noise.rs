@@ -13,6 +13,7 @@ use asphera_mesh::Mesh;
 use asphera_surface::curvature::Adjacency;
 use asphera_surface::noise::{
     Along, HeightSteps, NoiseEstimate, NoiseSettings, edges_of, estimate_noise, height_steps,
+    noise_map,
 };
 use rayon::prelude::*;
 
@@ -68,6 +69,7 @@ pub(super) fn noise(
         Adjacency::new(&points, &triangles, Some(reach_mm)).map_err(|error| error.to_string())?;
     let found =
         estimate_noise(&points, &adjacency, &settings).map_err(|error| error.to_string())?;
+    let found = found.over(&noise_map(&points, &adjacency, &settings, REGIONS).known());
     Ok(step_mm.map_or(found, |step_mm| found.with_step(step_mm)))
 }
 
@@ -124,3 +126,5 @@ const NEIGHBOURHOODS: usize = 2048;
 /// Patches, of some 90 vertices each: three quarters of them have two rings in the patch.
 const SEEDS: usize = 64;
 const RINGS: usize = 5;
+/// Columns and rows of regions that may differ in noise: four patches each.
+const REGIONS: [usize; 2] = [4, 4];

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::nominal::parse;
+use crate::random::Random;
 use crate::{Along, Pipeline};
 
 #[test]
@@ -23,6 +24,36 @@ fn effects_turn_with_the_plane() {
             assert!((found[axis] - truth[axis]).abs() < 1e-13);
         }
     }
+}
+
+/// A perfect flat with noise of 5 nm on one side and 15 nm on the other. One noise in the middle left 7 nm of form.
+#[test]
+fn noise_that_differs_over_the_part_is_no_form() {
+    let text = "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"rectangle\"\nwidth_mm = 10\nheight_mm = 10\n";
+    let report = |loud_nm: f64| {
+        let mut pipeline = Pipeline::along(parse("flat.toml", text).unwrap(), Along::Z);
+        let mut random = Random(7);
+        for place in 0..10_000 {
+            let [x, y] = [place % 100, place / 100].map(|k| 0.1 * f64::from(k) - 4.95);
+            let sigma_nm = if x < 0.0 { 5.0 } else { loud_nm };
+            let normal = 3.0_f64.sqrt() * (0..4).map(|_| random.centred()).sum::<f64>();
+            pipeline.take_position([x, y, 1e-6 * sigma_nm * normal]);
+        }
+        pipeline.finish().report
+    };
+    let uneven = report(15.0);
+    let [least, most] = uneven.sampling.noise_range_nm.unwrap();
+    assert!((4.0..6.0).contains(&least) && (13.0..17.0).contains(&most), "{least} {most}");
+    let rms_nm = uneven.sampling.noise_rms_nm.unwrap();
+    assert!((rms_nm / 125.0_f64.sqrt() - 1.0).abs() < 0.05, "{rms_nm}");
+    let said = &uneven.sampling.unknown;
+    assert!(said.iter().any(|why| why.contains("the noise differs over the part")), "{said:?}");
+    let uncertainty = uneven.form.unwrap().deviation.uncertainty.unwrap();
+    assert_eq!(uncertainty.noise_nm, rms_nm);
+    assert!(uncertainty.rms_without_noise_nm < 4.0, "{uncertainty:?}");
+    let even = report(5.0).sampling;
+    assert_eq!((even.noise_range_nm, even.noise_rms_nm), (None, None));
+    assert!(!even.unknown.iter().any(|why| why.contains("differs")));
 }
 
 /// A flat under a device with steps of 600 nm, which sees 2 µm of power in four levels. Without a word the noise would be 0,

@@ -2,7 +2,7 @@
 
 use asphera_geometry::{BoundsMm, PointMm, VertexId, place};
 
-use super::estimate::{chosen, estimate_from};
+use super::estimate::{chosen, estimate_noise_about};
 use super::{Noise, NoiseEstimate, NoiseSettings, NoiseUnknown};
 use crate::curvature::Adjacency;
 
@@ -37,6 +37,11 @@ impl NoiseMap {
     pub fn at(&self, x_mm: f64, y_mm: f64) -> Option<Noise> {
         let cell = self.cell_of([x_mm, y_mm])?;
         self.cells[cell].as_ref().ok().map(|estimate| estimate.noise)
+    }
+
+    /// The cells whose noise is known.
+    pub fn known(&self) -> Vec<NoiseEstimate> {
+        self.cells.iter().flatten().copied().collect()
     }
 
     fn cell_of(&self, place: [f64; 2]) -> Option<usize> {
@@ -83,7 +88,7 @@ pub fn noise_map(
     }
     map.cells = vertices
         .into_iter()
-        .map(|vertices| estimate_from(points, adjacency, &vertices, settings))
+        .map(|vertices| estimate_noise_about(points, adjacency, &vertices, settings))
         .collect();
     map
 }

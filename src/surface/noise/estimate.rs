@@ -88,6 +88,19 @@ pub struct NoiseEstimate {
     pub outlier_share: f64,
     /// Step in which the heights come, mm, where the noise found is no more than that of rounding.
     pub step_mm: Option<f64>,
+    /// How regions differ, where they do: `noise` is then no more than a middle.
+    pub uneven: Option<UnevenNoise>,
+}
+
+/// Noise that differs from region to region.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnevenNoise {
+    /// Standard deviation in the quietest region, mm.
+    pub least_mm: f64,
+    /// Standard deviation in the loudest region, mm.
+    pub most_mm: f64,
+    /// Root mean square over all regions, mm: what it adds to the mean square of the deviations.
+    pub rms_mm: f64,
 }
 
 impl NoiseEstimate {
@@ -96,10 +109,35 @@ impl NoiseEstimate {
     pub fn with_step(self, step_mm: f64) -> NoiseEstimate {
         let rounding = Noise::new(step_sigma_mm(step_mm), self.noise.along()).ok();
         match rounding.filter(|rounding| rounding.sigma_mm() > self.noise.sigma_mm()) {
-            Some(noise) => NoiseEstimate { noise, step_mm: Some(step_mm), ..self },
+            Some(noise) => NoiseEstimate { noise, step_mm: Some(step_mm), uneven: None, ..self },
             None => self,
         }
     }
+
+    /// The estimate with how regions of about the same size differ. Less than twice, or no more than chance explains, is no
+    /// difference; nor is noise below [`NoiseEstimate::NEGLIGIBLE_MM`].
+    #[must_use]
+    pub fn over(self, regions: &[NoiseEstimate]) -> NoiseEstimate {
+        let by_noise = |a: &&NoiseEstimate, b: &&NoiseEstimate| {
+            a.noise.sigma_mm().total_cmp(&b.noise.sigma_mm())
+        };
+        let ends = regions.iter().min_by(by_noise).zip(regions.iter().max_by(by_noise));
+        let Some((least, most)) = ends else { return self };
+        let [least_mm, most_mm] = [least, most].map(|region| region.noise.sigma_mm());
+        let by_chance_mm = SURE * least.uncertainty_mm.hypot(most.uncertainty_mm);
+        let differs = most_mm >= TWICE * least_mm && most_mm - least_mm > by_chance_mm;
+        if !differs || most_mm < NoiseEstimate::NEGLIGIBLE_MM {
+            return self;
+        }
+        let share = |region: &NoiseEstimate| region.neighbourhoods as f64;
+        let all: f64 = regions.iter().map(share).sum();
+        let square = |region: &NoiseEstimate| share(region) * region.noise.sigma_mm().powi(2);
+        let rms_mm = (regions.iter().map(square).sum::<f64>() / all).sqrt();
+        NoiseEstimate { uneven: Some(UnevenNoise { least_mm, most_mm, rms_mm }), ..self }
+    }
+
+    /// Noise that no instrument has: what polynomials leave of smooth form is larger.
+    pub const NEGLIGIBLE_MM: f64 = 1e-7;
 }
 
 /// Why the noise is not known.
@@ -112,6 +150,11 @@ pub enum NoiseUnknown {
         usable: u64,
     },
 }
+
+/// Regions whose noise differs by less have the same.
+const TWICE: f64 = 2.0;
+/// Standard uncertainties by which the ends of some twenty regions differ by chance, at most.
+const SURE: f64 = 5.0;
 
 /// Estimates the noise of the heights of a surface. `adjacency` is that of these points.
 ///
@@ -127,11 +170,19 @@ pub fn estimate_noise(
     settings: &NoiseSettings,
 ) -> Result<NoiseEstimate, NoiseUnknown> {
     let chosen = chosen(adjacency.len(), settings.neighbourhoods);
-    estimate_from(points, adjacency, &chosen, settings)
+    estimate_noise_about(points, adjacency, &chosen, settings)
 }
 
-/// The same from the neighbourhoods of these vertices.
-pub(super) fn estimate_from(
+/// The noise by the neighbourhoods of these vertices, as [`estimate_noise`].
+///
+/// # Errors
+///
+/// Too few of them.
+///
+/// # Panics
+///
+/// As [`estimate_noise`], and where there is no such vertex.
+pub fn estimate_noise_about(
     points: &[PointMm],
     adjacency: &Adjacency,
     vertices: &[VertexId],
@@ -182,6 +233,7 @@ pub(super) fn estimate_from(
         residuals: residuals as u64,
         outlier_share: out as f64 / samples as f64,
         step_mm: None,
+        uneven: None,
     })
 }
 

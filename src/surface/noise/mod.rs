@@ -18,7 +18,8 @@ use thiserror::Error;
 
 pub use self::cells::{NoiseMap, noise_map};
 pub use self::estimate::{
-    NoiseEstimate, NoiseSettings, NoiseSettingsError, NoiseUnknown, estimate_noise,
+    NoiseEstimate, NoiseSettings, NoiseSettingsError, NoiseUnknown, UnevenNoise, estimate_noise,
+    estimate_noise_about,
 };
 pub use self::facet::facet_tilt_rad;
 pub(crate) use self::spacing::truest_mm;

@@ -134,9 +134,28 @@ fn the_noise_of_regions() {
     assert_eq!(map.at(high[0], high[1]).unwrap().sigma_mm(), sigma_mm(1.0));
     assert_eq!(map.at(high[0].next_up(), 0.0), None);
     assert_eq!(map.at(f64::NAN, 0.0), None);
+    // The mean square of 10 and 50 nm, half of the part each.
+    let found = estimate(&points, &adjacency).over(&map.known()).uneven.unwrap();
+    assert!((found.rms_mm / (0.5_f64 * (1e-10 + 25e-10)).sqrt() - 1.0).abs() < 0.04, "{found:?}");
+    assert!(found.least_mm < 1.1e-5 && found.most_mm > 4.8e-5, "{found:?}");
     // Cells so small that they hold next to nothing.
     let fine = noise_map(&points, &adjacency, &settings, [40, 40]);
     assert!(fine.cells().iter().all(Result::is_err));
+}
+
+#[test]
+fn regions_of_one_noise_do_not_differ() {
+    for (seed, sigma_mm) in [(1, 5e-6), (2, 5e-6), (3, 1e-4), (4, 0.0)] {
+        let (mut points, adjacency) = sampled(asphere, [0.0, 0.0], seed);
+        let mut random = Random::new(seed);
+        points.iter_mut().for_each(|point| point[2] += sigma_mm * random.normal());
+        for neighbourhoods in [400, 2048, 8192] {
+            let settings = NoiseSettings::new(neighbourhoods, Along::Z).unwrap();
+            let map = noise_map(&points, &adjacency, &settings, [4, 4]);
+            let found = estimate_noise(&points, &adjacency, &settings).unwrap().over(&map.known());
+            assert_eq!(found.uneven, None, "{seed} {neighbourhoods}");
+        }
+    }
 }
 
 #[test]
