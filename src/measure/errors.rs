@@ -20,7 +20,8 @@ use crate::{CorrelationFrom, Part};
 /// Errors of the points, as of the last look at the mesh.
 #[derive(Clone, Debug)]
 pub(super) struct Errors {
-    noise_nm: Option<f64>,
+    /// The noise of a point and its standard uncertainty in nm.
+    noise_nm: Option<[f64; 2]>,
     correlated: Option<Correlated>,
     budget: bool,
 }
@@ -74,7 +75,7 @@ impl Errors {
         let budget = part.judging.uncertainty.as_ref().map(|(budget, _)| budget);
         let correlated = budget.is_none_or(|budget| !is_correlated(budget));
         Errors {
-            noise_nm: stated_noise_mm(part).map(|sigma_mm| 1e6 * sigma_mm),
+            noise_nm: stated_noise_mm(part).map(|sigma_mm| [1e6 * sigma_mm, 0.0]),
             correlated: correlated.then(Correlated::default),
             budget: budget.is_some_and(is_correlated),
         }
@@ -88,7 +89,7 @@ impl Errors {
         part: &Part,
         points: &[PointMm],
         plane: &Plane,
-        noise_nm: Option<f64>,
+        noise_nm: Option<[f64; 2]>,
     ) {
         let Some((budget, draws)) = &part.judging.uncertainty else {
             self.noise_nm = noise_nm;
@@ -104,13 +105,14 @@ impl Errors {
 
     /// The noise of a point in nm, where it is known.
     pub(super) fn noise_nm(&self) -> Option<f64> {
-        self.noise_nm
+        self.noise_nm.map(|[noise_nm, _]| noise_nm)
     }
 
     /// Errors of figures; `None` where the noise, or what a budget has besides, is not known.
     pub(super) fn of(&self, figures: &Figures) -> Option<ErrorsOfFigures> {
         let correlated = self.correlated.as_ref()?;
-        let noise = NoiseOnly::new(figures.rms_nm, self.noise_nm?, figures.count)?;
+        let [noise_nm, u_noise_nm] = self.noise_nm?;
+        let noise = NoiseOnly::new(figures.rms_nm, noise_nm, figures.count)?.known_to(u_noise_nm);
         Some(ErrorsOfFigures {
             noise,
             u_rms_nm: noise.u_rms_nm.hypot(correlated.u_rms_nm),
@@ -129,7 +131,8 @@ impl Errors {
         value_nm: f64,
         count: usize,
     ) -> Option<ErrorsOfLimit> {
-        let noise = NoiseOnly::new(value_nm, self.noise_nm?, count)?;
+        let [noise_nm, u_noise_nm] = self.noise_nm?;
+        let noise = NoiseOnly::new(value_nm, noise_nm, count)?.known_to(u_noise_nm);
         let correlated_nm = match self.correlated.as_ref()? {
             _ if !self.budget => 0.0,
             correlated => *correlated.limits.get(name)?,
@@ -333,9 +336,13 @@ mod tests {
         let part = parse("p.toml", PLANE).unwrap();
         let mut errors = Errors::new(&part);
         assert!(errors.of(&figures(100)).is_none() && errors.bases()[0].starts_with("not known"));
-        errors.look(&part, &[], &Plane::XY, Some(3.0));
+        errors.look(&part, &[], &Plane::XY, Some([3.0, 0.0]));
         let found = errors.of(&figures(100)).unwrap();
         assert_eq!(found.u_rms_nm, found.noise.u_rms_nm);
+        // Noise that is measured is known to so much.
+        errors.look(&part, &[], &Plane::XY, Some([3.0, 0.3]));
+        let less = errors.of(&figures(1_000_000)).unwrap().u_rms_nm;
+        assert!((less - 0.3 * 3.0 / (400.0_f64 - 9.0).sqrt()).abs() < 1e-3, "{less}");
         let told = found.figures(100.0, true);
         assert_eq!((&told.model[..], told.pv_at_most, told.draws), ("noise only", true, None));
         assert!(told.pv_95_nm[0] < 100.0 && told.pv_95_nm[1] > 100.0 + 2.0 * 3.0);

@@ -196,7 +196,7 @@ impl Inspection<'_> {
         if self.part.judging.uncertainty.is_some() {
             return None;
         }
-        let noise_nm = self.look.sampling.noise_rms_nm.or(self.look.sampling.noise_sigma_nm);
+        let noise_nm = self.look.sampling.noise_in_rms_nm();
         errors.look(self.part, self.mesh.points(), self.plane, noise_nm);
         let known = errors.of(self.found?)?;
         Some(taken.map_or(known, |taken| known.over(taken)))

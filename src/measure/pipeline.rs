@@ -359,7 +359,7 @@ impl Pipeline {
             maps::maps(&self.mesh, &look, &self.part, &pose, raster, lfs_mm).ok().map(Arc::new)
         });
         self.current.begin(&self.mesh, &self.part, &pose, &look.sampling, &self.remembered);
-        let noise_nm = look.sampling.noise_rms_nm.or(look.sampling.noise_sigma_nm);
+        let noise_nm = look.sampling.noise_in_rms_nm();
         self.errors.look(&self.part, self.mesh.points(), &plane, noise_nm);
         let expected = self.expected().unwrap_or(0);
         let nearly_all = counts.vertices >= expected - expected / LAST_SHARE;

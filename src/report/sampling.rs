@@ -46,6 +46,9 @@ pub struct SamplingFigures {
     pub uncovered_area_mm2: Option<f64>,
     /// Standard deviation of the heights from point to point, along the direction of projection, in nm.
     pub noise_sigma_nm: Option<f64>,
+    /// Standard uncertainty of the noise in nm: of `noise_rms_nm` where there is one, else of `noise_sigma_nm`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_u_nm: Option<f64>,
     /// Noise in nm of the quietest and of the loudest of some twenty regions, where it differs by twice and more;
     /// `noise_sigma_nm` is then a middle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -92,6 +95,14 @@ pub struct SamplingFigures {
     /// In a snapshot: the figures that are kept current while points arrive.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<CurrentFigures>,
+}
+
+impl SamplingFigures {
+    /// The noise that the mean square of the deviations holds, and its standard uncertainty, in nm; `None` where it is not known.
+    pub fn noise_in_rms_nm(&self) -> Option<[f64; 2]> {
+        let noise_nm = self.noise_rms_nm.or(self.noise_sigma_nm)?;
+        Some([noise_nm, self.noise_u_nm.unwrap_or(0.0)])
+    }
 }
 
 impl SamplingFigures {

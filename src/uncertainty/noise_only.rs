@@ -27,6 +27,7 @@ pub struct NoiseOnly {
     pub pv_bias_at_most_nm: f64,
     mean_square_nm2: f64,
     spread_nm2: f64,
+    u_noise_nm: f64,
 }
 
 impl NoiseOnly {
@@ -50,8 +51,16 @@ impl NoiseOnly {
             pv_bias_at_most_nm: 2.0 * noise_nm * (2.0 * n.ln()).sqrt(),
             mean_square_nm2,
             spread_nm2,
+            u_noise_nm: 0.0,
         };
         Some(found.told())
+    }
+
+    /// The same of a noise that is known to a standard uncertainty in nm: as one measured from the points, which is taken off with its
+    /// error.
+    #[must_use]
+    pub fn known_to(self, u_noise_nm: f64) -> NoiseOnly {
+        NoiseOnly { u_noise_nm, ..self }.told()
     }
 
     /// The same with the RMS over the area about its own best fit, and what the places do to it.
@@ -90,7 +99,9 @@ impl NoiseOnly {
     }
 
     fn within(&self, k: f64) -> [f64; 2] {
-        [-k, k].map(|k| (self.mean_square_nm2 + k * self.spread_nm2).max(0.0).sqrt())
+        // σ² is known to 2·σ·u(σ).
+        let spread_nm2 = self.spread_nm2.hypot(2.0 * self.noise_nm * self.u_noise_nm);
+        [-k, k].map(|k| (self.mean_square_nm2 + k * spread_nm2).max(0.0).sqrt())
     }
 }
 
@@ -154,6 +165,9 @@ mod tests {
         let told = NoiseOnly::new(4.0, 4.0, 800).unwrap();
         assert_eq!((told.form_nm, told.rms_interval_nm(0.95)[0]), (0.0, 0.0));
         assert!((told.u_rms_nm - 0.5 * 4.0 * (2.0 / 800.0_f64).powf(0.25)).abs() < 1e-12);
+        // Where the noise is known to 1 %, and all there is, the form is known to 20 % of it: √(2 · 0.01 · 1.96).
+        let measured = NoiseOnly::new(4.0, 4.0, 100_000_000).unwrap().known_to(0.04);
+        assert!((measured.rms_interval_nm(0.95)[1] - 0.198 * 4.0).abs() < 1e-3, "{measured:?}");
         let quiet = NoiseOnly::new(5.0, 0.0, 3).unwrap();
         assert_eq!((quiet.form_nm, quiet.u_rms_nm, quiet.u_pv_at_most_nm), (5.0, 0.0, 0.0));
         for (rms_nm, noise_nm, count) in [(1.0, 1.0, 0), (f64::NAN, 1.0, 5), (1.0, -1.0, 5)] {

@@ -121,6 +121,7 @@ impl Look<'_> {
             undersampled_area_mm2: areas.map(|areas| areas.undersampled_mm2),
             uncovered_area_mm2: areas.map(|areas| areas.uncovered_mm2),
             noise_sigma_nm: noise.map(|noise| 1e6 * noise.sigma_mm()),
+            noise_u_nm: self.noise.as_ref().ok().map(|found| 1e6 * found.u_mm()),
             noise_range_nm: uneven.map(|found| [found.least_mm, found.most_mm].map(|mm| 1e6 * mm)),
             noise_rms_nm: uneven.map(|found| 1e6 * found.rms_mm),
             height_step_nm: step_mm.map(|step_mm| 1e6 * step_mm),
@@ -162,7 +163,7 @@ impl Look<'_> {
 
 /// What one noise does not tell where regions differ.
 pub(crate) fn differs(found: &NoiseEstimate) -> Option<String> {
-    let UnevenNoise { least_mm, most_mm, rms_mm } = found.uneven?;
+    let UnevenNoise { least_mm, most_mm, rms_mm, .. } = found.uneven?;
     let nm = [least_mm, most_mm, rms_mm, found.noise.sigma_mm()].map(|mm| short(1e6 * mm));
     let [least, most, rms, sigma] = nm;
     Some(format!(

@@ -119,7 +119,7 @@ impl SpaceAssessment {
         let formed = fit.and_then(|fit| {
             let part = part.ok_or("there is no nominal")?;
             let mut errors = Errors::new(part);
-            let noise_nm = sampling.noise_rms_nm.or(sampling.noise_sigma_nm);
+            let noise_nm = sampling.noise_in_rms_nm();
             if !crate::errors::has_correlated(part) {
                 errors.look(part, &[], &Plane::XY, noise_nm);
             }

@@ -113,6 +113,7 @@ impl Sampling<'_> {
             undersampled_area_mm2: is_known.then(|| (area_mm2 - dense_mm2).max(0.0)),
             uncovered_area_mm2: is_known.then_some(open_mm2),
             noise_sigma_nm: self.noise.as_ref().ok().map(|found| 1e6 * found.noise.sigma_mm()),
+            noise_u_nm: self.noise.as_ref().ok().map(|found| 1e6 * found.u_mm()),
             noise_range_nm: uneven.map(|found| [found.least_mm, found.most_mm].map(|mm| 1e6 * mm)),
             noise_rms_nm: uneven.map(|found| 1e6 * found.rms_mm),
             spacing_median_mm: weighted_quantile(&mut medians, 0.5).map(|mm2| (2.0 * mm2).sqrt()),

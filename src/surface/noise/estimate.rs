@@ -101,6 +101,8 @@ pub struct UnevenNoise {
     pub most_mm: f64,
     /// Root mean square over all regions, mm: what it adds to the mean square of the deviations.
     pub rms_mm: f64,
+    /// Standard uncertainty of that, mm.
+    pub u_rms_mm: f64,
 }
 
 impl NoiseEstimate {
@@ -112,6 +114,11 @@ impl NoiseEstimate {
             Some(noise) => NoiseEstimate { noise, step_mm: Some(step_mm), uneven: None, ..self },
             None => self,
         }
+    }
+
+    /// Standard uncertainty in mm of what the noise adds to the root mean square: where regions differ, of their own.
+    pub fn u_mm(&self) -> f64 {
+        self.uneven.map_or(self.uncertainty_mm, |uneven| uneven.u_rms_mm)
     }
 
     /// The estimate with how regions of about the same size differ. Less than twice, or no more than chance explains, is no
@@ -133,7 +140,14 @@ impl NoiseEstimate {
         let all: f64 = regions.iter().map(share).sum();
         let square = |region: &NoiseEstimate| share(region) * region.noise.sigma_mm().powi(2);
         let rms_mm = (regions.iter().map(square).sum::<f64>() / all).sqrt();
-        NoiseEstimate { uneven: Some(UnevenNoise { least_mm, most_mm, rms_mm }), ..self }
+        // Of the square of a region it is 2·σ·u(σ).
+        let of_square = |region: &NoiseEstimate| {
+            share(region) * 2.0 * region.noise.sigma_mm() * region.uncertainty_mm
+        };
+        let u_square = regions.iter().map(|region| of_square(region).powi(2)).sum::<f64>().sqrt();
+        let u_rms_mm = u_square / all / (2.0 * rms_mm);
+        let uneven = UnevenNoise { least_mm, most_mm, rms_mm, u_rms_mm };
+        NoiseEstimate { uneven: Some(uneven), ..self }
     }
 
     /// Noise that no instrument has: what polynomials leave of smooth form is larger.

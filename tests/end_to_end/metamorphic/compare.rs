@@ -363,6 +363,7 @@ const BY_DRAWS: &[(&str, f64)] = &[
 /// Figures formed in cells or windows along the axes: the share they are known to.
 const BY_CELLS: &[(&str, f64)] = &[
     ("sampling/noise_sigma_nm", 0.02),
+    ("sampling/noise_u_nm", 0.05),
     ("sampling/spacing_recommended_mm", 0.02),
     ("sampling/spacing_finest_mm", 0.02),
     // Pixels of the ACF lie along the axes, and so do windows of the filters.
