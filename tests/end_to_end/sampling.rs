@@ -75,6 +75,7 @@ fn the_names_are_those_that_were_promised() {
         "undersampled_area_mm2",
         "uncovered_area_mm2",
         "noise_sigma_nm",
+        "noise_u_nm",
         "spacing_median_mm",
         "overdense_fraction",
         "spacing_coarsest_mm",
