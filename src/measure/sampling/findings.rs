@@ -102,8 +102,6 @@ impl Look<'_> {
         let more = coverage.patches.len() - listed.len();
         let missing_mm2 = |patches: &[Patch]| patches.iter().map(Patch::missing_mm2).sum::<f64>();
         let more_mm2 = missing_mm2(&coverage.patches[listed.len()..]) + coverage.remainder_mm2;
-        let step_mm = self.noise.as_ref().ok().and_then(|found| found.step_mm);
-        let uneven = self.noise.as_ref().ok().and_then(|found| found.uneven);
         let figures = SamplingFigures {
             lfs_min_mm: coverage.lfs_min_mm.and_then(finite),
             lfs_source: self.source.map(str::to_owned),
@@ -120,11 +118,6 @@ impl Look<'_> {
             coverage: areas.and_then(|_| coverage.coverage()),
             undersampled_area_mm2: areas.map(|areas| areas.undersampled_mm2),
             uncovered_area_mm2: areas.map(|areas| areas.uncovered_mm2),
-            noise_sigma_nm: noise.map(|noise| 1e6 * noise.sigma_mm()),
-            noise_u_nm: self.noise.as_ref().ok().map(|found| 1e6 * found.u_mm()),
-            noise_range_nm: uneven.map(|found| [found.least_mm, found.most_mm].map(|mm| 1e6 * mm)),
-            noise_rms_nm: uneven.map(|found| 1e6 * found.rms_mm),
-            height_step_nm: step_mm.map(|step_mm| 1e6 * step_mm),
             spacing_median_mm: dense.and_then(|dense| dense.spacing_median_mm),
             overdense_fraction: dense.and_then(|dense| dense.overdense_fraction),
             spacing_coarsest_mm: dense.and_then(|dense| bounds_mm(dense.advice?).1),
@@ -138,7 +131,7 @@ impl Look<'_> {
             islands: areas.map(|_| islands.islands),
             holes: areas.map(|_| islands.holes),
             hole_max_mm2: areas.and(islands.hole_max_mm2),
-            current: None,
+            ..of_noise(self.noise.as_ref().ok())
         };
         let coverage = Some(coverage);
         let otherwise_mm = target.spacing_mm;
@@ -158,6 +151,20 @@ impl Look<'_> {
                 (None, Some(why.clone()))
             }
         }
+    }
+}
+
+/// The figures of the noise; nothing else is known.
+pub(crate) fn of_noise(found: Option<&NoiseEstimate>) -> SamplingFigures {
+    let nm = |mm: f64| 1e6 * mm;
+    let uneven = found.and_then(|found| found.uneven);
+    SamplingFigures {
+        noise_sigma_nm: found.map(|found| nm(found.noise.sigma_mm())),
+        noise_u_nm: found.map(|found| nm(found.u_mm())),
+        noise_range_nm: uneven.map(|found| [found.least_mm, found.most_mm].map(nm)),
+        noise_rms_nm: uneven.map(|found| nm(found.rms_mm)),
+        height_step_nm: found.and_then(|found| found.step_mm).map(nm),
+        ..SamplingFigures::default()
     }
 }
 

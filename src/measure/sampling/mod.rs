@@ -28,7 +28,7 @@ use asphera_surface::Plane;
 pub(crate) use self::current::Current;
 pub use self::design_spacing::{DesignSpacing, design_spacing};
 use self::findings::Look;
-pub(crate) use self::findings::{Findings, differs, in_steps};
+pub(crate) use self::findings::{Findings, differs, in_steps, of_noise};
 pub use self::lfs::Remembered;
 pub use self::measured::Readings;
 pub use self::next::{MOST_PLACES, Next};

@@ -14,7 +14,7 @@ use super::feature_size::FeatureSize;
 use super::meshed::Meshed;
 use super::openings::Opening;
 use super::shape::{Laid, Shape};
-use crate::sampling::{Wanted, differs};
+use crate::sampling::{Wanted, differs, of_noise};
 
 /// One look at a mesh.
 pub(super) struct Sampling<'a> {
@@ -57,7 +57,6 @@ impl Sampling<'_> {
         let mut unknown = Vec::new();
         unknown.extend(self.size.as_ref().err().cloned());
         unknown.extend(self.noise.as_ref().err().map(|why| format!("noise: {why}")));
-        let uneven = self.noise.as_ref().ok().and_then(|found| found.uneven);
         unknown.extend(self.noise.as_ref().ok().and_then(differs));
         let area_mm2 = facets.iter().fold(0.0, |sum, facet| sum + facet.area_mm2);
         let vertices = self.meshed.used().iter().filter(|used| **used).count();
@@ -112,10 +111,6 @@ impl Sampling<'_> {
             coverage,
             undersampled_area_mm2: is_known.then(|| (area_mm2 - dense_mm2).max(0.0)),
             uncovered_area_mm2: is_known.then_some(open_mm2),
-            noise_sigma_nm: self.noise.as_ref().ok().map(|found| 1e6 * found.noise.sigma_mm()),
-            noise_u_nm: self.noise.as_ref().ok().map(|found| 1e6 * found.u_mm()),
-            noise_range_nm: uneven.map(|found| [found.least_mm, found.most_mm].map(|mm| 1e6 * mm)),
-            noise_rms_nm: uneven.map(|found| 1e6 * found.rms_mm),
             spacing_median_mm: weighted_quantile(&mut medians, 0.5).map(|mm2| (2.0 * mm2).sqrt()),
             next_more: more.len() as u64,
             next_more_area_mm2: more.iter().map(|region| region.area_mm2).sum(),
@@ -125,7 +120,7 @@ impl Sampling<'_> {
             islands: Some(self.meshed.proof.components as u64),
             unknown,
             as_of_points: self.as_of_points,
-            ..SamplingFigures::default()
+            ..of_noise(self.noise.as_ref().ok())
         };
         Sampled { figures, covered }
     }
