@@ -7,6 +7,7 @@
 
 use std::borrow::Cow;
 
+use asphera_geometry::vector::dot;
 use nalgebra::{Matrix6, Matrix6x2, RowVector2, Vector6};
 use rayon::prelude::*;
 
@@ -81,7 +82,7 @@ impl Disc {
         let mut sides = Matrix6x2::zeros();
         layer.cloud.visit_about(at, radius_mm, |other, _| {
             let way = way(at, &layer.cloud.places()[other as usize]);
-            let [u, v, off] = self.axes.each_ref().map(|axis| dot(axis, &way) / radius_mm);
+            let [u, v, off] = self.axes.map(|axis| dot(axis, way) / radius_mm);
             let terms = Vector6::from([1.0, u, v, u * u, u * v, v * v]);
             normal.ger(1.0, &terms, &terms, 1.0);
             sides += terms * RowVector2::from([off * radius_mm, layer.values[other as usize]]);
@@ -116,10 +117,6 @@ impl<'a, const D: usize> Layer<'a, D> {
 /// The way from a place in space to another.
 fn way<const D: usize>(from: &[f64; D], to: &[f64; D]) -> [f64; 3] {
     std::array::from_fn(|axis| to[axis] - from[axis])
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 impl<const D: usize> Thinned<D> {
