@@ -128,7 +128,7 @@ fn the_same_seed_gives_the_same_part_and_another_seed_another_noise() {
 #[test]
 fn an_unknown_scene_lists_those_there_are() {
     let output = run(["demo", "--scene", "moon"]);
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(2));
     let words = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(words.contains("asphere") && words.contains("moon"), "{words}");
 }

@@ -28,6 +28,7 @@ mod laser_profiler;
 mod line_scanner;
 mod measure;
 mod metamorphic;
+mod misuse;
 mod outlines;
 mod packets;
 mod peers;

@@ -9,8 +9,13 @@ use asphera_tests::{json, recording, root, run, skipped};
 use crate::demo::timeless;
 
 fn failure(arguments: &[&str]) -> String {
+    ends_with(1, arguments)
+}
+
+/// The words of a command that ends with an exit code.
+fn ends_with(code: i32, arguments: &[&str]) -> String {
     let output = run(arguments);
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(code));
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
@@ -134,13 +139,13 @@ fn a_file_needs_its_nominal_and_a_recording_has_its_own() {
     let nominal = root().join("config/examples/flat.toml");
     let nominal = nominal.to_str().unwrap();
 
-    let words = failure(&["report", file, "-o", out]);
+    let words = ends_with(2, &["report", file, "-o", out]);
     assert!(words.contains("--nominal"), "{words}");
     let words = failure(&["report", dir.path().to_str().unwrap(), "-o", out, "--nominal", nominal]);
     assert!(words.contains("expected a folder session-…"), "{words}");
     let words = failure(&["report", file, "--nominal", nominal, "-o", file]);
     assert!(words.contains("is the file that is read"), "{words}");
-    let words = failure(&["report", file, "--nominal", nominal, "-o", out, "--qif", out]);
+    let words = ends_with(2, &["report", file, "--nominal", nominal, "-o", out, "--qif", out]);
     assert!(words.contains("--qif"), "{words}");
 
     let output = run(["report", file, "--nominal", nominal, "-o", out]);

@@ -86,8 +86,13 @@ fn figures(arguments: &[&str]) -> Value {
 
 /// What a command that fails says.
 fn failure(arguments: &[&str]) -> String {
+    ends_with(1, arguments)
+}
+
+/// What a command says that ends with an exit code.
+fn ends_with(code: i32, arguments: &[&str]) -> String {
     let output = run(arguments);
-    assert_eq!(output.status.code(), Some(1), "{arguments:?}");
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}");
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
@@ -275,10 +280,11 @@ fn what_cannot_be_a_source_or_a_target_is_told_with_its_cure() {
     assert!(failure(&page).contains("belongs to the recording"));
     let file = folder.path().join("points.xyz");
     fs::write(&file, "0 0 0\n1 0 0\n0 1 0\n").unwrap();
-    assert!(failure(&["measure", words(&file)]).contains("--nominal FILE says what"));
+    assert!(ends_with(2, &["measure", words(&file)]).contains("--nominal FILE says what"));
     assert!(failure(&["export", words(&file), "-o", words(&file), "--force"]).contains("is read"));
     assert!(
-        failure(&["measure", words(session()), "--unit", "um"]).contains("leave out `--columns`")
+        ends_with(2, &["measure", words(session()), "--unit", "um"])
+            .contains("leave out `--columns`")
     );
     let weighted = folder.path().join("weighted.toml");
     let text = "[surface]\nkind = \"plane\"\n[fit]\nweights = \"uncertainty\"\n";

@@ -4,6 +4,7 @@ mod curves;
 mod data;
 mod regions;
 
+use crate::cli::usage::misused;
 use std::path::PathBuf;
 
 use asphera_contour::Method;
@@ -84,15 +85,19 @@ fn asked(
     if args.methods.is_empty() {
         return Ok(Method::ALL.into_iter().filter(|method| is_compared(method)).collect());
     }
-    let methods: Vec<Method> =
-        args.methods.iter().map(|name| Method::from_name(name)).collect::<Result<_, _>>()?;
+    let methods: Vec<Method> = args
+        .methods
+        .iter()
+        .map(|name| Method::from_name(name))
+        .collect::<Result<_, _>>()
+        .map_err(misused)?;
     match methods.iter().find(|method| !is_compared(method)) {
         None => Ok(methods),
         Some(other) => {
             let name = other.name();
             let found =
                 format!("--methods {name}: expected methods for {kind}, found another kind");
-            Err(found.into())
+            Err(misused(found))
         }
     }
 }
@@ -107,7 +112,7 @@ fn named<C: Copy>(
     let found = all.iter().copied().find(|category| name(category) == asked);
     let found = found.ok_or_else(|| {
         let names: Vec<&str> = all.iter().map(&name).collect();
-        format!("--category: expected one of {}, found `{asked}`", names.join(", "))
+        misused(format!("--category: expected one of {}, found `{asked}`", names.join(", ")))
     })?;
     Ok(vec![found])
 }

@@ -19,6 +19,7 @@ use super::progress::Progress;
 use super::source::{Source, is_recording, session_at};
 use super::summary::short;
 use super::text::TextArgs;
+use super::usage::misused;
 use crate::calibration::{LONGEST_DAYS, written};
 use crate::clock::Clock;
 use crate::replay::Playback;
@@ -89,10 +90,9 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<Exit, Failure> {
         Artefact::Flat => Vec::new(),
     });
     if artefact == Artefact::Flat && parameters.is_empty() && args.map < 2 && args.form < 2 {
-        return Err(
-            "nothing to find: with a flat give --map ORDER, and --form ORDER for its own form"
-                .into(),
-        );
+        return Err(misused(
+            "nothing to find: with a flat give --map ORDER, and --form ORDER for its own form",
+        ));
     }
     let settings = Settings { parameters, map_order: args.map, form_order: args.form };
     progress.stage("fitting");
@@ -116,11 +116,10 @@ fn measured(args: &CalibrateArgs, progress: &Progress) -> Result<(Machine, Vec<P
     let count = args.sources.len();
     for (name, given) in [("--turn", args.turn.len()), ("--shift", args.shift.len())] {
         if given != 0 && given != count {
-            return Err(format!(
+            return Err(misused(format!(
                 "expected {name} for each of the {}, found {given}",
                 counted(count as u64, "measurement")
-            )
-            .into());
+            )));
         }
     }
     let mut known = args.machine;
@@ -142,7 +141,10 @@ fn measured(args: &CalibrateArgs, progress: &Progress) -> Result<(Machine, Vec<P
             axes
         } else {
             let machine = known.ok_or_else(|| {
-                format!("{} is a file of points: --machine says of which machine", path.display())
+                misused(format!(
+                    "{} is a file of points: --machine says of which machine",
+                    path.display()
+                ))
             })?;
             let source = Source::open(path, &args.text, progress)?;
             source.points().map(|point_mm| Axes::of_point(machine, point_mm)).collect()

@@ -18,6 +18,7 @@ use super::graph::function::FunctionChoice;
 use super::output::{Failure, print, print_json};
 use super::progress::Progress;
 use super::text::TextArgs;
+use super::usage::misused;
 
 #[derive(Args)]
 pub(super) struct CompareArgs {
@@ -120,9 +121,9 @@ fn run_shapes(args: &CompareArgs) -> Result<Exit, Failure> {
 fn compared(args: &CompareArgs) -> Result<ComparisonReport, Failure> {
     let [found_file, true_file] = &args.files[..] else {
         let found = args.files.len();
-        return Err(
-            format!("expected two contours, found {found}; --shapes compares clouds").into()
-        );
+        return Err(misused(format!(
+            "expected two contours, found {found}; --shapes compares clouds"
+        )));
     };
     let [found, truth] = [found_file, true_file].map(|path| contour(path, &args.text));
     let (found, truth) = (found?, truth?);

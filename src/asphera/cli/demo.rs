@@ -3,6 +3,7 @@
 pub(super) mod ct;
 pub(super) mod tray;
 
+use crate::cli::usage::misused;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -54,7 +55,7 @@ pub(super) fn run(args: DemoArgs) -> Result<Exit, Failure> {
     }
     let Some(mut scene) = Scene::built_in(&args.scene) else {
         let names: Vec<_> = Scene::names().chain([ct::NAME, tray::NAME]).collect();
-        return Err(format!("no scene {:?}; there are {}", args.scene, names.join(", ")).into());
+        return Err(misused(format!("no scene {:?}; there are {}", args.scene, names.join(", "))));
     };
     if let Some(points) = args.points {
         scene = scene.with_points(points);

@@ -11,6 +11,7 @@ use clap::{ArgGroup, Args};
 use super::exit::Exit;
 use super::output::{Failure, print, say};
 use super::serve::block_on;
+use super::usage::misused;
 use crate::config;
 use asphera_report::words::{counted, unit};
 use listen::Listener;
@@ -68,15 +69,16 @@ pub(super) fn run(args: &DescribeArgs) -> Result<Exit, Failure> {
     if args.name.is_empty()
         || !args.name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_' || b == b'-')
     {
-        return Err(
-            format!("--name: expected letters, digits, _ and -, found {:?}", args.name).into()
-        );
+        return Err(misused(format!(
+            "--name: expected letters, digits, _ and -, found {:?}",
+            args.name
+        )));
     }
     if let Some(keep) = args.keep.as_ref().filter(|keep| keep.exists()) {
         return Err(format!("{} is there already", keep.display()).into());
     }
     let ask = args.ask.as_deref().map(bytes_of).transpose();
-    let ask = ask.map_err(|error| format!("--ask: {error}"))?;
+    let ask = ask.map_err(|error| misused(format!("--ask: {error}")))?;
     match endpoint(args) {
         None => {
             let path = args.file.clone().unwrap_or_default();

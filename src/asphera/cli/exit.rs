@@ -4,13 +4,15 @@ use std::process::ExitCode;
 
 use asphera_report::{Report, Status};
 
-/// Exit codes; the help text lists them. A wrong command line ends with 2, given by its parser.
+/// Exit codes; the help text lists them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Exit {
     /// Done; the part passed, or no limits are given.
     Done = 0,
     /// A file, a port or a configuration cannot be used.
     Failed = 1,
+    /// The command line is wrong, as its parser says or as [`misused`](super::usage::misused) does.
+    Misused = 2,
     /// The measurement ended and the part is outside a limit.
     OutOfTolerance = 10,
     /// The measurement ended, but a verdict could not be given.
@@ -33,7 +35,7 @@ impl Exit {
             Exit::Done => 0,
             Exit::Undecided => 1,
             Exit::OutOfTolerance => 2,
-            Exit::Failed => 3,
+            Exit::Failed | Exit::Misused => 3,
         };
         if rank(other) > rank(self) { other } else { self }
     }

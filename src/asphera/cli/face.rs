@@ -17,6 +17,7 @@ use super::files::{part, read, timed};
 use super::output::Failure;
 use super::progress::Progress;
 use super::source::{Source, is_recording};
+use super::usage::misused;
 use super::volume::opened::read_volume;
 use super::volume::{Threshold, spacing};
 use crate::shown::ShownMeasurement;
@@ -86,11 +87,10 @@ impl FaceArgs {
             (self.second.is_some(), "--second"),
         ];
         match given.into_iter().find(|(is_given, _)| *is_given) {
-            Some((_, option)) => Err(format!(
+            Some((_, option)) => Err(misused(format!(
                 "{}: expected a volume for {option}, found points: leave it out",
                 path.display()
-            )
-            .into()),
+            ))),
             None => Ok(()),
         }
     }
@@ -145,17 +145,16 @@ pub(super) fn measured(
 ) -> Result<Faces, Failure> {
     let name = path.display();
     let first = given.ok_or_else(|| {
-        format!("{name} is a volume: --nominal FILE says which face of it is meant")
+        misused(format!("{name} is a volume: --nominal FILE says which face of it is meant"))
     })?;
     let second = args.second.as_deref().map(part).transpose()?;
     let along = match along.map(|along| along.normal().ok_or(())) {
         None => None,
         Some(Ok(direction)) => Some(direction),
         Some(Err(())) => {
-            return Err(format!(
+            return Err(misused(format!(
                 "{name}: expected --along z or nx,ny,nz, the side a face of a volume is seen from; found fitted, none or auto, which are of points"
-            )
-            .into());
+            )));
         }
     };
     progress.stage("reading");

@@ -21,6 +21,7 @@ use super::sampled::SampledArgs;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
 use super::threads::ThreadArgs;
+use super::usage::misused;
 
 #[derive(Args)]
 pub(super) struct GraphArgs {
@@ -131,11 +132,10 @@ impl GraphArgs {
     /// Halved strips are pieces of coarser ones if pieces are exact.
     fn check(&self) -> Result<(), Failure> {
         match (self.halvings, self.components) {
-            (1.., ComponentsName::Grown) => Err(format!(
+            (1.., ComponentsName::Grown) => Err(misused(format!(
                 "--halvings {}: expected --components exact, whose pieces lie in those of coarser strips; found grown",
                 self.halvings
-            )
-            .into()),
+            ))),
             _ => Ok(()),
         }
     }
@@ -156,7 +156,9 @@ impl GraphArgs {
         let column = match self.function {
             FunctionChoice::Column(column) => column,
             FunctionChoice::Arrival if self.sampled.is_asked() => {
-                return Err("--function arrival: points that --sample draws came in no order; leave one of both out".into());
+                return Err(misused(
+                    "--function arrival: points that --sample draws came in no order; leave one of both out",
+                ));
             }
             FunctionChoice::Arrival => return Ok(Some((0..points).map(|at| at as f64).collect())),
             _ => return Ok(None),

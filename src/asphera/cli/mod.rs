@@ -42,6 +42,7 @@ mod threads;
 mod tip;
 mod token;
 mod unit_doubt;
+mod usage;
 mod volume;
 
 use std::path::PathBuf;
@@ -231,7 +232,7 @@ fn refused(error: &clap::Error) -> ExitCode {
         false => error.render().to_string(),
     };
     output::say(in_plain_words(&text).trim_end());
-    ExitCode::from(2)
+    Exit::Misused.into()
 }
 
 /// An error of the parser without the words of its programming language.
@@ -290,7 +291,7 @@ pub fn main() -> ExitCode {
         Ok(exit) => exit.into(),
         Err(failure) => {
             output::complain(&failure);
-            Exit::Failed.into()
+            if usage::is_misuse(&failure) { Exit::Misused.into() } else { Exit::Failed.into() }
         }
     }
 }

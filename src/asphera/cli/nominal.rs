@@ -11,6 +11,7 @@ use clap::Args;
 use super::exit::Exit;
 use super::files::{part, read, refuse};
 use super::output::{Failure, print};
+use super::usage::misused;
 use crate::lens;
 use asphera_measure::Part;
 use asphera_nominal::flipped;
@@ -48,7 +49,7 @@ pub(super) fn run(args: &NominalArgs) -> Result<Exit, Failure> {
     // The content of a lens file counts for more than its name.
     if is_toml && !zemax::is_zemax(&bytes) {
         if args.surface.is_some() {
-            return Err(format!("{name} is a nominal file: --surface is for lens files").into());
+            return Err(misused(format!("{name} is a nominal file: --surface is for lens files")));
         }
         let part = part(&args.file)?;
         return match (args.flip, &args.out) {
@@ -56,10 +57,9 @@ pub(super) fn run(args: &NominalArgs) -> Result<Exit, Failure> {
                 let text = String::from_utf8_lossy(&bytes);
                 write(args, &turned(&name, &text)?)
             }
-            (false, Some(_)) => {
-                Err(format!("{name} is a nominal file already: -o is for --flip and --surface")
-                    .into())
-            }
+            (false, Some(_)) => Err(misused(format!(
+                "{name} is a nominal file already: -o is for --flip and --surface"
+            ))),
             (false, None) => {
                 print(&description::describe(&part, &args.sag)?);
                 Ok(Exit::Done)
@@ -67,12 +67,12 @@ pub(super) fn run(args: &NominalArgs) -> Result<Exit, Failure> {
         };
     }
     if !args.sag.is_empty() {
-        return Err(
-            format!("--sag is for nominal files, .toml; {name} is taken for a lens file").into()
-        );
+        return Err(misused(format!(
+            "--sag is for nominal files, .toml; {name} is taken for a lens file"
+        )));
     }
     if args.surface.is_none() && (args.flip || args.out.is_some()) {
-        return Err(format!("{name} is a lens file: --surface N says which surface").into());
+        return Err(misused(format!("{name} is a lens file: --surface N says which surface")));
     }
     let lens = zemax::read(&bytes).map_err(|error| format!("{name}: {error}"))?;
     let Some(number) = args.surface else {

@@ -20,6 +20,7 @@ use super::files::{part, refuse};
 use super::output::{Failure, print, print_json};
 use super::progress::Progress;
 use super::text::TextArgs;
+use super::usage::misused;
 use crate::station::plan_aperture;
 
 #[derive(Args)]
@@ -117,7 +118,13 @@ pub(super) fn run(args: &PlanArgs) -> Result<Exit, Failure> {
 /// A path over the aperture of a nominal.
 fn over_aperture(args: &PlanArgs, kind: PathKind, progress: &Progress) -> Result<Planned, Failure> {
     let name = args.source.display().to_string();
-    let limits = args.machine.limits()?;
+    if args.text.is_given() {
+        return Err(misused(format!(
+            "--columns, --unit, --skip-lines, --pitch and --keep-marks: expected points that were measured, found --path over the nominal {name}, \
+             which states its units itself: leave them out"
+        )));
+    }
+    let limits = args.machine.limits().map_err(misused)?;
     let part = part(&args.source)?;
     let aperture = aperture_of(&part, &name)?.widened(args.margin);
     progress.stage("local feature size");
@@ -127,7 +134,9 @@ fn over_aperture(args: &PlanArgs, kind: PathKind, progress: &Progress) -> Result
         (None, Some(needed)) => needed.spacing_mm,
         (Some(spacing_mm), Some(needed)) => spacing_mm.min(needed.spacing_mm),
         (None, None) => {
-            return Err("--path: expected --spacing MM or --from-epsilon E, found neither".into());
+            return Err(misused(
+                "--path: expected --spacing MM or --from-epsilon E, found neither",
+            ));
         }
     };
     refuse_directions(args, kind)?;
@@ -158,19 +167,19 @@ fn over_aperture(args: &PlanArgs, kind: PathKind, progress: &Progress) -> Result
 fn refuse_directions(args: &PlanArgs, kind: PathKind) -> Result<(), Failure> {
     let turns = matches!(kind, PathKind::Spiral | PathKind::Rings);
     if args.one_way && kind != PathKind::Raster {
-        return Err("--one-way: expected --path raster: leave it out for other paths".into());
+        return Err(misused("--one-way: expected --path raster: leave it out for other paths"));
     }
     if args.inward && !turns {
-        return Err(
-            "--inward: expected --path spiral or rings: leave it out for other paths".into()
-        );
+        return Err(misused(
+            "--inward: expected --path spiral or rings: leave it out for other paths",
+        ));
     }
     Ok(())
 }
 
 /// A short path through the places to measure next.
 fn through_missing(args: &PlanArgs, progress: &Progress) -> Result<Planned, Failure> {
-    let limits = args.machine.limits()?;
+    let limits = args.machine.limits().map_err(misused)?;
     let Missing { places_mm, regions, left_out, coverage } = missing::find(args, progress)?;
     progress.stage("ordering the places");
     let from_mm = args.from.unwrap_or_default();

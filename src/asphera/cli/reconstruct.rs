@@ -25,6 +25,7 @@ use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
 use super::threads::ThreadArgs;
+use super::usage::misused;
 use crate::clock::Clock;
 
 #[derive(Args)]
@@ -129,17 +130,15 @@ pub(super) fn run(args: &ReconstructArgs) -> Result<Exit, Failure> {
         return compare(args);
     }
     if args.method != MethodName::Graph && args.graph.is_asked() {
-        return Err(
-            "--kappa, --hops, --threshold, --faces, --order, --put-back, --tiles, --batch and --sweep belong to --method graph; add it"
-                .into(),
-        );
+        return Err(misused(
+            "--kappa, --hops, --threshold, --faces, --order, --put-back, --tiles, --batch and --sweep belong to --method graph; add it",
+        ));
     }
     let takes_alpha = matches!(args.method, MethodName::Alpha | MethodName::Wrap);
     if (args.method == MethodName::Alpha || !takes_alpha) && takes_alpha != args.alpha.is_some() {
-        return Err(
-            "--method alpha and --alpha MM belong together: give both, MM as a few point spacings; --method wrap takes --alpha too"
-                .into(),
-        );
+        return Err(misused(
+            "--method alpha and --alpha MM belong together: give both, MM as a few point spacings; --method wrap takes --alpha too",
+        ));
     }
     if args.graph.sweeps() {
         return sweep(args);
@@ -289,7 +288,7 @@ fn compared(args: &ReconstructArgs) -> Result<Comparison, Failure> {
 /// The table of `--sweep`.
 fn sweep(args: &ReconstructArgs) -> Result<Exit, Failure> {
     if args.out.is_some() {
-        return Err("--sweep prints a table and makes no surface: leave --out out".into());
+        return Err(misused("--sweep prints a table and makes no surface: leave --out out"));
     }
     let progress = Progress::start("reconstruct");
     let points_mm = read_points(args, &progress)?;

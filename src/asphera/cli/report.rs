@@ -14,6 +14,7 @@ use super::source::{Content, Source, source_or_volume_help};
 use super::summary::summary;
 use super::text::TextArgs;
 use super::tip::TipArgs;
+use super::usage::misused;
 use asphera_measure::{Along, Measurement};
 use asphera_paper::{Provenance, SourceFile, html, qif};
 use asphera_report::Label;
@@ -62,7 +63,7 @@ pub(super) fn run(args: &ReportArgs) -> Result<Exit, Failure> {
     if let Some(qif) = &args.qif {
         refuse(qif, &args.source, args.force)?;
         if *qif == args.out {
-            return Err(format!("--out and --qif are both {}", qif.display()).into());
+            return Err(misused(format!("--out and --qif are both {}", qif.display())));
         }
     }
     let label = Label {
@@ -70,7 +71,7 @@ pub(super) fn run(args: &ReportArgs) -> Result<Exit, Failure> {
         serial: args.serial.clone(),
         operator: args.operator.clone(),
     };
-    let label = label.tidied().map_err(|problem| format!("--{problem}"))?;
+    let label = label.tidied().map_err(|problem| misused(format!("--{problem}")))?;
     let mut provenance = Provenance { label, command: command_line(), ..Provenance::default() };
     let given = args.nominal.as_deref().map(part).transpose()?;
     let progress = Progress::start("report");

@@ -12,6 +12,7 @@ use super::output::{Failure, complain, say};
 use super::serve::{Page, block_on, interrupted, stop_session};
 use super::summary::summary;
 use super::token::TokenArgs;
+use super::usage::misused;
 use crate::config::Config;
 use crate::live::{Closed, Station, StationError};
 
@@ -48,10 +49,14 @@ async fn station(config: Config, args: &RunArgs) -> Result<Exit, Failure> {
     let (listen, hosts) = (config.listen, config.allowed_hosts.clone());
     let autostart = config.autostart || args.once;
     if args.arm && config.scan.is_none() && config.program.is_none() {
-        return Err("--arm: expected a table [scan.plan] in the configuration, or a device with a program, found neither: there is no scan to arm".into());
+        return Err(misused(
+            "--arm: expected a table [scan.plan] in the configuration, or a device with a program, found neither: there is no scan to arm",
+        ));
     }
     if args.arm && !autostart {
-        return Err("--arm: expected a session that starts with the daemon, found [station] autostart = false: add --once, or arm on the page".into());
+        return Err(misused(
+            "--arm: expected a session that starts with the daemon, found [station] autostart = false: add --once, or arm on the page",
+        ));
     }
     let mut station = Station::start(config)?;
     // The page first: a port that is taken must not leave a recording behind.

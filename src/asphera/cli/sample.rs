@@ -16,6 +16,7 @@ use super::exit::Exit;
 use super::files::{read, refuse};
 use super::output::{Failure, print, print_json};
 use super::summary::short;
+use super::usage::misused;
 use crate::contour::truth_report;
 
 #[derive(Args)]
@@ -85,11 +86,11 @@ pub(super) fn run(args: &SampleArgs) -> Result<Exit, Failure> {
         refuse(file, &args.curve, args.force)?;
     }
     if std::iter::once(&args.out).chain(&args.truth).any(|file| file.as_os_str() == "-") {
-        return Err("--out and --truth: expected names of files, found -".into());
+        return Err(misused("--out and --truth: expected names of files, found -"));
     }
     if args.truth.as_ref() == Some(&args.out) {
         let name = args.out.display();
-        return Err(format!("--out and --truth are both {name}: expected two files").into());
+        return Err(misused(format!("--out and --truth are both {name}: expected two files")));
     }
     let (curve, lines) = sampled(args)?;
     let disturbance = Disturbance {
@@ -142,10 +143,9 @@ fn sampled(args: &SampleArgs) -> Result<(TrueCurve, Vec<SampledLine>), Failure> 
         }
     };
     if spacing == Spacing::default() {
-        return Err(format!(
+        return Err(misused(format!(
             "{name}: expected --epsilon, --rho or --chord, found none; they say how dense samples are"
-        )
-        .into());
+        )));
     }
     let lines: Vec<BezierLine> = drawn
         .into_iter()

@@ -11,6 +11,7 @@ use super::output::Failure;
 use super::progress::Progress;
 use super::source::Source;
 use super::text::TextArgs;
+use super::usage::misused;
 
 /// What the command line says of the triangles of a mesh.
 #[derive(Args, Clone, Copy, Debug, Default)]
@@ -57,8 +58,7 @@ impl SampledArgs {
 }
 
 fn no_triangles(name: &str) -> Failure {
-    format!(
+    misused(format!(
         "{name}: expected a mesh with faces (PLY, STL, OBJ or OFF) for --sample, found points alone: leave --sample out"
-    )
-    .into()
+    ))
 }

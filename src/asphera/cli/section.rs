@@ -18,6 +18,7 @@ use super::output::{Failure, print, print_json, say};
 use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
+use super::usage::misused;
 use asphera_measure::section::{Deviations, in_frame_of, report, report_of_plane};
 use asphera_measure::{
     Along, Measurement, PointsSurface, SurfaceInSpace, no_area, refuse_path, surface_of_points,
@@ -76,7 +77,7 @@ pub(super) struct SectionArgs {
 pub(super) fn run(args: &SectionArgs) -> Result<Exit, Failure> {
     let to_file = args.out.as_deref().filter(|path| *path != Path::new("-"));
     if args.json && args.out.is_some() && to_file.is_none() {
-        return Err("--json and --out - both want stdout; give --out a file".into());
+        return Err(misused("--json and --out - both want stdout; give --out a file"));
     }
     if let Some(out) = to_file {
         refuse(out, &args.source, args.force)?;

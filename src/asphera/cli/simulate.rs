@@ -17,6 +17,7 @@ use super::exit::Exit;
 use super::files::toml_text;
 use super::output::{Failure, print, say};
 use super::serve::{block_on, interrupted};
+use super::usage::misused;
 use playback::Playback;
 use station::{PartArgs, is_station, simulate};
 
@@ -61,10 +62,14 @@ fn bench(rig: &Path, args: &SimulateArgs) -> Result<Exit, Failure> {
         return block_on(simulate(rig, &args.part, args.speed, args.station.as_deref()));
     }
     if args.speed.is_some() {
-        return Err(format!("--speed: expected --session or a station with a program, found {name}, a bench: its file says how fast it is").into());
+        return Err(misused(format!(
+            "--speed: expected --session or a station with a program, found {name}, a bench: its file says how fast it is"
+        )));
     }
     if args.station.is_some() {
-        return Err(format!("--station: expected the configuration of a station or --session, found {name}, a bench: its configuration is in config/examples").into());
+        return Err(misused(format!(
+            "--station: expected the configuration of a station or --session, found {name}, a bench: its configuration is in config/examples"
+        )));
     }
     if let Some(scene) = DriveScene::parse(&name, &text) {
         return drive(scene?);

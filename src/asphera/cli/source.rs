@@ -14,6 +14,7 @@ use super::files::read;
 use super::output::{Failure, say};
 use super::progress::Progress;
 use super::text::{TextArgs, reading};
+use super::usage::misused;
 use asphera_measure::Along;
 use asphera_measure::Part;
 
@@ -57,12 +58,11 @@ impl Source {
             }
             Place::Session(session) => {
                 if text.is_given() {
-                    return Err(format!(
+                    return Err(misused(format!(
                         "{} is a recording, which states its columns and units itself: leave out `--columns`, \
                          `--unit`, `--skip-lines`, `--pitch` and `--keep-marks`",
                         path.display()
-                    )
-                    .into());
+                    )));
                 }
                 let recorded = Recorded::play(&session, progress)?;
                 (session, Content::Session(Box::new(recorded)))
@@ -110,8 +110,9 @@ impl Source {
     pub(super) fn needed_part(&self, given: Option<Part>) -> Result<Part, Failure> {
         self.part(given).ok_or_else(|| {
             let path = self.path.display();
-            format!("{path} is a file of points: --nominal FILE says what the part should be")
-                .into()
+            misused(format!(
+                "{path} is a file of points: --nominal FILE says what the part should be"
+            ))
         })
     }
 

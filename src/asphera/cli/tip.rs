@@ -4,6 +4,7 @@ use clap::Args;
 
 use super::output::Failure;
 use super::source::{Content, Source};
+use super::usage::misused;
 use asphera_measure::{Along, Tip, TipReads};
 
 #[derive(Args, Clone, Copy, Debug)]
@@ -46,21 +47,15 @@ impl TipArgs {
         };
         let reads = if self.tip_centre { TipReads::Centre } else { TipReads::Lowest };
         let tip = Tip::new(radius_mm, self.tip_u_radius, reads)
-            .map_err(|error| format!("--tip-radius: {error}"))?;
+            .map_err(|error| misused(format!("--tip-radius: {error}")))?;
         match source.content() {
-            Content::Session(_) => {
-                Err(format!(
-                    "--tip-radius: {path} is a recording, which states its tip itself: leave out --tip-radius, or write its points \
+            Content::Session(_) => Err(misused(format!(
+                "--tip-radius: {path} is a recording, which states its tip itself: leave out --tip-radius, or write its points \
                      to a file with asphera export"
-                )
-                .into())
-            }
-            Content::File(topography) if !topography.slopes().is_empty() => {
-                Err(format!(
-                    "--tip-radius: {path} holds slopes, which no ball measures: leave out --tip-radius"
-                )
-                .into())
-            }
+            ))),
+            Content::File(topography) if !topography.slopes().is_empty() => Err(misused(format!(
+                "--tip-radius: {path} holds slopes, which no ball measures: leave out --tip-radius"
+            ))),
             Content::File(_) if !along.suits_tip() => Err(refused_along("--tip-radius")),
             Content::File(_) => Ok(Some(tip)),
         }
@@ -70,7 +65,7 @@ impl TipArgs {
     pub(super) fn refuse(&self, what: &str) -> Result<(), Failure> {
         match self.tip_radius {
             Some(_) => {
-                Err(format!("--tip-radius: {what}, which no ball measures: leave it out").into())
+                Err(misused(format!("--tip-radius: {what}, which no ball measures: leave it out")))
             }
             None => Ok(()),
         }
@@ -78,9 +73,8 @@ impl TipArgs {
 }
 
 fn refused_along(what: &str) -> Failure {
-    format!(
+    misused(format!(
         "{what}: expected --along z, fitted or nx,ny,nz with nz above 0, for contacts of a ball need a plane seen from above; found \
          points that are meshed in space, or a plane seen from below"
-    )
-    .into()
+    ))
 }

@@ -24,6 +24,7 @@ use super::output::{Failure, print, print_json, write_json};
 use super::progress::Progress;
 use super::text::UnitArgs;
 use super::threads::ThreadArgs;
+use super::usage::misused;
 use regular::Regular;
 
 #[derive(Args)]
@@ -157,10 +158,10 @@ impl VolumeArgs {
         let cuts = [MethodName::Balls, MethodName::Trilinear, MethodName::Smooth];
         if self.refine.is_some() && !cuts.contains(&self.method) {
             let expected = "expected --method balls, trilinear or smooth: leave it out for others";
-            return Err(format!("--refine: {expected}").into());
+            return Err(misused(format!("--refine: {expected}")));
         }
         if self.blend.is_some() && self.method != MethodName::Smooth {
-            return Err("--blend: expected --method smooth: leave it out for others".into());
+            return Err(misused("--blend: expected --method smooth: leave it out for others"));
         }
         let refine = self.refine.unwrap_or(3);
         Ok(match self.method {

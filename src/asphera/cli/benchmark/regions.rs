@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::super::output::Failure;
 use super::super::progress::Progress;
+use super::super::usage::misused;
 use super::data::drawings;
 use super::{BenchmarkArgs, asked, named, seconds};
 use crate::clock::Clock;
@@ -89,7 +90,7 @@ fn areas(args: &BenchmarkArgs) -> Result<Vec<(String, Area)>, Failure> {
         return Ok(shapes.into_iter().map(named).collect());
     };
     if args.category.is_some() {
-        return Err("--data takes all areas of its folder: leave --category out".into());
+        return Err(misused("--data takes all areas of its folder: leave --category out"));
     }
     Ok(drawings(folder)?.into_iter().map(|(name, drawn)| (name, Area::Drawing(drawn))).collect())
 }

@@ -1,5 +1,6 @@
 //! `asphera compare --shapes` and `--evaluate`: how alike clouds are, and how well that finds those of the same class.
 
+use crate::cli::usage::misused;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -84,7 +85,7 @@ struct ClassFigures {
 pub(super) fn shapes(files: &[PathBuf], how: &How<'_>) -> Result<ShapesReport, Failure> {
     if files.len() < 2 {
         let found = files.len();
-        return Err(format!("{found} clouds: expected two at least to compare").into());
+        return Err(misused(format!("{found} clouds: expected two at least to compare")));
     }
     let progress = Progress::start("compare");
     progress.count("shapes", Some(files.len() as u64));

@@ -10,6 +10,7 @@ use super::{ContourArgs, places};
 use crate::cli::output::Failure;
 use crate::cli::progress::Progress;
 use crate::cli::text::TextArgs;
+use crate::cli::usage::misused;
 use crate::contour::{ContourPlan, ContourSettings, Nominal, Slab};
 
 /// Options that were checked.
@@ -24,14 +25,14 @@ impl Given<'_> {
     /// Checks the options, each for itself.
     pub(super) fn new(args: &ContourArgs) -> Result<Given<'_>, Failure> {
         let method = method(args)?;
-        let parameters = args.set.as_deref().map(Parameters::parse).transpose()?;
+        let parameters = args.set.as_deref().map(Parameters::parse).transpose().map_err(misused)?;
         let hints = args.hints.as_deref().map(hints_of).transpose()?.unwrap_or_default();
         if let Some(tolerance) = args.tolerance.filter(|mm| !(*mm >= 0.0 && mm.is_finite())) {
-            return Err(format!("--tolerance {tolerance}: expected 0 mm or more").into());
+            return Err(misused(format!("--tolerance {tolerance}: expected 0 mm or more")));
         }
         for (flag, value) in [("--gaps", args.gaps), ("--within", args.within)] {
             if let Some(value) = value.filter(|mm| !(*mm > 0.0 && mm.is_finite())) {
-                return Err(format!("{flag} {value}: expected more than 0 mm").into());
+                return Err(misused(format!("{flag} {value}: expected more than 0 mm")));
             }
         }
         Ok(Given { args, method, parameters, hints })
@@ -54,12 +55,15 @@ impl Given<'_> {
             let names = Method::ALL.iter().filter(|method| method.takes_hints());
             let names = names.map(Method::name).collect::<Vec<_>>().join(" or ");
             let found = method.name();
-            return Err(
-                format!("--hints: expected --method {names} beside it, found {found}").into()
-            );
+            return Err(misused(format!(
+                "--hints: expected --method {names} beside it, found {found}"
+            )));
         }
         let same = recorded.filter(|it| it.method == method);
         let parameters = self.parameters.clone().or_else(|| same.map(|it| it.parameters.clone()));
+        if let Some(parameters) = &self.parameters {
+            parameters.check(&method).map_err(misused)?;
+        }
         let hints = match self.args.hints {
             Some(_) => self.hints.clone(),
             None => same.map(|it| it.hints.clone()).unwrap_or_default(),
@@ -85,7 +89,7 @@ impl Given<'_> {
 /// The method or graph that is named; none without a name.
 fn method(args: &ContourArgs) -> Result<Option<Method>, Failure> {
     let Some(name) = args.graph.as_deref().or(args.method.as_deref()) else { return Ok(None) };
-    let method = Method::from_name(name)?;
+    let method = Method::from_name(name).map_err(misused)?;
     let is_graph = |method: &Method| method.kind() == Kind::Graph;
     if is_graph(&method) != args.graph.is_some() {
         let (flag, other) = match args.graph {
@@ -95,7 +99,9 @@ fn method(args: &ContourArgs) -> Result<Option<Method>, Failure> {
         let names = Method::ALL.iter().filter(|named| is_graph(named) != is_graph(&method));
         let names = names.map(Method::name).collect::<Vec<_>>().join(", ");
         let name = method.name();
-        return Err(format!("{flag} {name}: expected one of {names}; give {other} {name}").into());
+        return Err(misused(format!(
+            "{flag} {name}: expected one of {names}; give {other} {name}"
+        )));
     }
     Ok(Some(method))
 }

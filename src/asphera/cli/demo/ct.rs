@@ -15,6 +15,7 @@ use super::super::measure::deliver_faces;
 use super::super::output::{Failure, refuse_results, say, write_json};
 use super::super::progress::Progress;
 use super::super::serve::{check_free, show};
+use super::super::usage::misused;
 use super::{DemoArgs, default_folder, page_of};
 
 /// The name of the scene.
@@ -23,16 +24,14 @@ pub(super) const NAME: &str = "ct";
 /// Makes the volume, its nominals and its truth, measures it from its files as anyone would, and shows it on the page.
 pub(super) fn run(mut args: DemoArgs) -> Result<Exit, Failure> {
     if args.points.is_some() {
-        return Err(format!(
+        return Err(misused(format!(
             "scene {NAME}: expected no --points, for a scan in space has none; leave it out"
-        )
-        .into());
+        )));
     }
     if args.exit && args.listen.is_some() {
-        return Err(format!(
+        return Err(misused(format!(
             "scene {NAME}: expected --listen or --exit, found both: its page is there when the measurement has ended"
-        )
-        .into());
+        )));
     }
     refuse_results(&args.output)?;
     let listen = (!args.exit).then(|| page_of(&args));

@@ -7,6 +7,7 @@ use asphera_graph::{
 use serde::Serialize;
 
 use super::super::output::Failure;
+use super::super::usage::misused;
 use super::figures::{ArcFigures, NodeFigures, arc_figures, node_figures};
 
 /// Counts of one resolution.
@@ -46,18 +47,16 @@ pub(super) fn halved(
         }
         StripChoice::Uniform(count) => {
             let next = count.div_ceil(parts) * parts;
-            return Err(format!(
+            return Err(misused(format!(
                 "--halvings {halvings} with {count} strips: expected a multiple of {parts}; take --strips {}",
                 next.min(MOST_STRIPS)
-            )
-            .into());
+            )));
         }
         StripChoice::Auto => auto_strips(cloud, field, tau_mm * parts as f64)?,
         StripChoice::EqualCount(_) | StripChoice::Between(_) => {
-            return Err(format!(
+            return Err(misused(format!(
                 "--halvings {halvings}: expected --strips auto or a number, whose strips can be halved"
-            )
-            .into());
+            )));
         }
     };
     Ok(resolutions(cloud, field, &coarsest, tau_mm, halvings)?)

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use asphera_form::{Aperture, Base, Knots, Loss, MeasuredFrom, Pose, ReferenceSettings, Smoothing};
 
 use super::super::output::Failure;
+use super::super::usage::misused;
 use asphera_measure::{Part, Weights};
 use asphera_report::words::{raised, unit as with_unit};
 use asphera_settings::number;
@@ -12,9 +13,9 @@ use asphera_settings::number;
 /// Surface, aperture, fit and limits, and heights at the distances `at_mm` from the axis, or to the rim of the aperture.
 pub(super) fn describe(part: &Part, at_mm: &[f64]) -> Result<String, Failure> {
     if let Some(bad) = at_mm.iter().find(|r_mm| !(r_mm.is_finite() && **r_mm >= 0.0)) {
-        return Err(
-            format!("--sag {bad}: expected distances from the axis in mm, not below 0").into()
-        );
+        return Err(misused(format!(
+            "--sag {bad}: expected distances from the axis in mm, not below 0"
+        )));
     }
     let mut text = String::new();
     // Writing into a String cannot fail.

@@ -8,6 +8,7 @@ use crate::cli::files::{measured, part};
 use crate::cli::output::Failure;
 use crate::cli::progress::Progress;
 use crate::cli::source::Source;
+use crate::cli::usage::misused;
 
 /// Places to measure next.
 pub(super) struct Missing {
@@ -24,11 +25,10 @@ pub(super) struct Missing {
 /// The places that lack points in what was measured, as `asphera sampling --waypoints` writes them.
 pub(super) fn find(args: &PlanArgs, progress: &Progress) -> Result<Missing, Failure> {
     if args.source.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
-        return Err(format!(
+        return Err(misused(format!(
             "{}: expected what was measured, found a nominal by its name: --path raster, spiral, rings or meridians plans a path over it",
             args.source.display()
-        )
-        .into());
+        )));
     }
     let given = args.nominal.as_deref().map(part).transpose()?;
     let source = Source::open(&args.source, &args.text, progress)?;

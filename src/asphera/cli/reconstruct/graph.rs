@@ -12,6 +12,7 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use crate::cli::output::Failure;
+use crate::cli::usage::misused;
 use crate::clock::Clock;
 
 #[derive(Args)]
@@ -132,7 +133,9 @@ impl GraphArgs {
     ) -> Result<(GraphSurface, GraphStages), Failure> {
         let GraphChoices { hops, threshold, order, faces } = self.choices();
         if order != LandmarkOrder::Priority {
-            return Err("landmarks along the sweep change all over with a further point: --batch needs --order priority".into());
+            return Err(misused(
+                "landmarks along the sweep change all over with a further point: --batch needs --order priority",
+            ));
         }
         let mut graph = LiveGraph::new(self.kappa.into(), hops)?;
         let mut batches_s = Vec::with_capacity(points_mm.len().div_ceil(size));

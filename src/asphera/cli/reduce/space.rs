@@ -15,6 +15,7 @@ use crate::cli::exit::Exit;
 use crate::cli::output::{Failure, print, print_json};
 use crate::cli::progress::Progress;
 use crate::cli::source::Source;
+use crate::cli::usage::misused;
 
 /// Version of the layout.
 const FORMAT: &str = "asphera.reduction-in-space/1";
@@ -136,11 +137,10 @@ fn refuse_options(args: &ReduceArgs) -> Result<(), Failure> {
         (args.keep != KeepWanted::Fewest, "--keep"),
     ];
     match asked.iter().find(|(is_asked, _)| *is_asked) {
-        Some((_, option)) => Err(format!(
+        Some((_, option)) => Err(misused(format!(
             "{}: points that are meshed in space are reduced by --epsilon and --rho alone, found {option}: leave it out",
             args.source.display()
-        )
-        .into()),
+        ))),
         None => Ok(()),
     }
 }

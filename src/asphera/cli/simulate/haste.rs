@@ -4,6 +4,7 @@ use toml_edit::{DocumentMut, Item, value};
 
 use super::super::Speed;
 use super::super::output::Failure;
+use super::super::usage::misused;
 use crate::config::Config;
 
 /// Refuses another speed than that of the recording for devices that are joined by time.
@@ -15,11 +16,10 @@ pub(super) fn refuse_haste(config: &Config, speed: Speed) -> Result<(), Failure>
         Speed::Max => "max".to_owned(),
         Speed::Times(times) => times.to_string(),
     };
-    Err(format!(
+    Err(misused(format!(
         "--speed: expected 1, found {found}: devices are joined by time, so bytes must come when they came. Leave --speed out, or use asphera \
          replay"
-    )
-    .into())
+    )))
 }
 
 /// Lets readings of one link wait for those of another however far it is ahead, and a silence pass. The keys that were changed.

@@ -12,6 +12,7 @@ use super::super::Speed;
 use super::super::exit::Exit;
 use super::super::output::{Failure, print, say};
 use super::super::serve::interrupted;
+use super::super::usage::misused;
 use super::links::{Lead, lead};
 use super::silence::allow_silence;
 use crate::config::Config;
@@ -128,11 +129,11 @@ fn flawless(text: &mut DocumentMut) -> Vec<String> {
 fn check(args: &PartArgs) -> Result<(), Failure> {
     let rates = 0.001..=66_000.0;
     if let Some(rate_hz) = args.rate.filter(|rate_hz| !rates.contains(rate_hz)) {
-        return Err(format!("--rate: expected 0.001 to 66000 Hz, found {rate_hz}").into());
+        return Err(misused(format!("--rate: expected 0.001 to 66000 Hz, found {rate_hz}")));
     }
     for (key, nm) in [("--form-nm", args.form_nm), ("--noise-nm", args.noise_nm)] {
         if !(0.0..=1e6).contains(&nm) {
-            return Err(format!("{key}: expected 0 to 1000000 nm, found {nm}").into());
+            return Err(misused(format!("{key}: expected 0 to 1000000 nm, found {nm}")));
         }
     }
     Ok(())
@@ -143,10 +144,9 @@ fn machine_speed(args: &PartArgs) -> Result<f64, Failure> {
     match args.speed {
         None => Ok(1.0),
         Some(Speed::Times(times)) => Ok(times),
-        Some(Speed::Max) => {
-            Err("--speed: expected how many times as fast as usual the machine is, found max"
-                .into())
-        }
+        Some(Speed::Max) => Err(misused(
+            "--speed: expected how many times as fast as usual the machine is, found max",
+        )),
     }
 }
 

@@ -17,6 +17,7 @@ use asphera_stand::{Instrument, Moving, Played, Sight, Touch};
 use asphera_transport::Endpoint;
 
 use super::super::super::output::Failure;
+use super::super::super::usage::misused;
 use super::super::path::{self, PlaceMm};
 use super::{PartArgs, instruments};
 use crate::config::Config;
@@ -64,7 +65,9 @@ pub(super) fn scan(config: &Config, args: &PartArgs) -> Result<Scan, Failure> {
         return program::scan(config, args, stream, shown);
     }
     if args.speed.is_some() {
-        return Err("--speed: expected --session or a station with a program, found another station: --rate says how fast it is scanned".into());
+        return Err(misused(
+            "--speed: expected --session or a station with a program, found another station: --rate says how fast it is scanned",
+        ));
     }
     let args = &paced(args, &shown)?;
     if let Some(plan) = &config.scan {
@@ -96,7 +99,9 @@ pub(super) fn scan(config: &Config, args: &PartArgs) -> Result<Scan, Failure> {
 fn paced(args: &PartArgs, shown: &Shown<'_>) -> Result<PartArgs, Failure> {
     let free = shown.played.iter().find_map(|played| played.instrument.free_rate_hz());
     match (args.rate, free) {
-        (Some(found), Some(free_hz)) if found != free_hz => Err(format!("--rate: expected none or {free_hz} Hz, of a device that runs by its own clock, found {found} Hz: its settings say how fast it measures").into()),
+        (Some(found), Some(free_hz)) if found != free_hz => Err(misused(format!(
+            "--rate: expected none or {free_hz} Hz, of a device that runs by its own clock, found {found} Hz: its settings say how fast it measures"
+        ))),
         (rate, free) => Ok(PartArgs { rate: rate.or(free), ..args.clone() }),
     }
 }
