@@ -216,6 +216,11 @@ fn points_in_micrometres_are_not_taken_for_millimetres_without_a_word() {
         assert_eq!(assumed.status.code(), Some(11), "{told}");
         assert!(told.contains("The points seem to be in µm, not mm"), "{told}");
         assert!(told.contains("Add `--unit um`.") && told.contains("mm is assumed"), "{told}");
+        let wrong = measure(&["--unit", "m"]);
+        let told = String::from_utf8_lossy(&wrong.stdout).into_owned();
+        assert_eq!(wrong.status.code(), Some(11), "{told}");
+        assert!(told.contains("were read in m, as `--unit` says"), "{told}");
+        assert!(told.contains("Give `--unit um` instead.") && !told.contains("Add `"), "{told}");
         let stated = measure(&["--unit", "um"]);
         let told = String::from_utf8_lossy(&stated.stdout).into_owned();
         assert_eq!(stated.status.code(), Some(0), "{told}");

@@ -50,7 +50,7 @@ pub enum Caution {
     },
 }
 
-/// Points that look as if their unit were not mm.
+/// Points that look as if they were read in another unit than theirs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
     /// What the coordinates would have to be multiplied by: 1e-3 or 1e3, heights alone also 1e-6.
@@ -72,10 +72,13 @@ impl fmt::Display for Units {
             factor => ("µm", "m", format!("divided by {:.0}", 1.0 / factor)),
         };
         let points = if self.heights_only { "heights" } else { "points" };
-        write!(f, "the {points} seem to be in {unit}, not mm: {scaled} they fit the nominal")?;
+        write!(
+            f,
+            "the {points} were read in another unit than they have: {scaled} they fit the nominal. If they were read as mm, they are in {unit}, not mm"
+        )?;
         match self.heights_only {
             true => Ok(()),
-            false => write!(f, ". If they are in mm, the nominal is in {other}"),
+            false => write!(f, ", or the nominal is in {other}"),
         }
     }
 }
