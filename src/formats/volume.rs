@@ -138,28 +138,38 @@ impl Frame {
 
     /// Whether the frame turns right hands into left hands.
     pub fn is_mirror(&self) -> bool {
+        self.volume_mm3() < 0.0
+    }
+
+    /// The volume that the steps span, mm³; below 0 where they turn right hands into left hands.
+    fn volume_mm3(&self) -> f64 {
         let [a, b, c] = self.steps_mm;
         a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
             + a[2] * (b[0] * c[1] - b[1] * c[0])
-            < 0.0
     }
 
     /// The frame, if all its figures are finite and its steps span space.
     fn checked(self, format: Format, place: Place) -> Result<Frame, ReadError> {
         let all = self.origin_mm.iter().chain(self.steps_mm.as_flattened());
         let is_finite = all.clone().all(|value| value.is_finite() && value.abs() < 1e12);
-        let is_step = self.spacing_mm().iter().all(|step| *step > 1e-12);
-        if is_finite && is_step {
+        let spacing_mm = self.spacing_mm();
+        let is_step = spacing_mm.iter().all(|step| *step > 1e-12);
+        let spans = self.volume_mm3().abs() > LEAST_SPAN * spacing_mm.iter().product::<f64>();
+        if is_finite && is_step && spans {
             return Ok(self);
         }
         Err(ReadError::Malformed {
             format,
             place,
-            expected: "steps between samples above 0 and finite".into(),
+            expected: "steps between samples above 0 and finite, in three ways that span space"
+                .into(),
             found: format!("{:?}", self.steps_mm),
         })
     }
 }
+
+/// Steps that span less of a box of their lengths lie in a plane, but for rounding.
+const LEAST_SPAN: f64 = 1e-9;
 
 /// Gives the bytes of a file that lies beside the header, by its name without a folder, or says why there are none.
 pub type Beside<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>, String>;

@@ -227,12 +227,23 @@ fn frame(header: &Header) -> Result<Frame, ReadError> {
         }
         frame
     } else if let Some(entry) = header.find(&["spacings"]) {
-        Frame::aligned(header.numbers::<3>(entry)?.map(|step| step.abs() * scale), unit)
+        Frame::aligned(spacings(header, entry)?.map(|step| step * scale), unit)
     } else {
         Frame::aligned([1.0; 3], UnitKnown::Missing)
     };
     let line = header.find(&["space directions", "spacings"]).map_or(1, |entry| entry.line);
     frame.checked(FORMAT, Place::Line { line, column: 0 })
+}
+
+/// Three spacings, each above 0. NaN stands for one that is not known.
+fn spacings(header: &Header, entry: &Entry) -> Result<[f64; 3], ReadError> {
+    let known = header.numbers::<3>(entry).ok();
+    known.filter(|spacings| spacings.iter().all(|step| *step > 0.0)).ok_or_else(|| {
+        header.malformed(
+            entry,
+            "spacings: 3 numbers above 0; leave the line out where they are not known, and state flipped axes by space directions",
+        )
+    })
 }
 
 /// Samples as text, parted by anything that is no number.

@@ -119,6 +119,30 @@ fn ascii_and_detached_samples_are_read() {
     );
 }
 
+#[test]
+fn spacings_of_nrrd_are_above_0() {
+    let file = |line: &str| {
+        format!("NRRD0004\ntype: uchar\ndimension: 3\nsizes: 1 1 2\nencoding: raw\n{line}\n\nab")
+    };
+    for found in ["0.1 0.1 -0.1", "0.1 0 0.1", "0.1 nan 0.1", "0.1 0.1"] {
+        let text = file(&format!("spacings: {found}"));
+        let said = alone("a.nrrd", text.as_bytes()).unwrap_err().to_string();
+        let place = "NRRD file, line 6: expected spacings: 3 numbers above 0; leave the line out";
+        assert!(said.starts_with(place) && said.ends_with(&format!("found \"{found}\"")), "{said}");
+    }
+    let read = |line: &str| alone("a.nrrd", file(line).as_bytes());
+    let flipped = read("space directions: (0.1,0,0) (0,-0.2,0) (0,0,0.3)\nspace origin: (1,2,3)");
+    let frame = flipped.unwrap().frame;
+    assert!(frame.is_mirror());
+    assert!(
+        (0..3)
+            .all(|axis| (frame.place_mm([0.0, 1.0, 1.0])[axis] - [1.0, 1.8, 3.3][axis]).abs()
+                < 1e-12)
+    );
+    let said = read("space directions: (0.1,0,0) (0.2,0,0) (0,0,0.3)").unwrap_err().to_string();
+    assert!(said.contains("line 6: expected steps") && said.contains("span space"), "{said}");
+}
+
 /// A claimed size allocates nothing: 2³⁰ samples of a file that holds none.
 #[test]
 fn claimed_sizes_are_refused_or_found_short() {
