@@ -62,6 +62,11 @@ impl LevelRange {
             }
         }
     }
+
+    /// Whether a value was finite.
+    pub fn has_finite(&self) -> bool {
+        self.low <= self.high
+    }
 }
 
 /// Levels of values that come in portions, once their range is known: each value is looked at twice.

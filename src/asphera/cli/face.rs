@@ -18,7 +18,7 @@ use super::output::Failure;
 use super::progress::Progress;
 use super::source::{Source, is_recording};
 use super::usage::misused;
-use super::volume::opened::read_volume;
+use super::volume::opened::{has_finite, no_levels, read_volume};
 use super::volume::{Threshold, spacing};
 use crate::shown::ShownMeasurement;
 
@@ -203,16 +203,12 @@ pub(super) fn measured_in(
 
 impl Opened {
     fn new(path: &Path, volume: Volume, args: &FaceArgs) -> Result<Opened, Failure> {
-        let name = path.display();
+        let name = path.display().to_string();
         let values = match volume.values {
             Values::Floats(values) => values,
             bytes @ Values::Bytes(_) => bytes.to_floats(),
         };
-        let levels = Levels::new(&values).ok_or_else(|| {
-            format!(
-                "{name}: expected samples of at least two values, inside and outside; found one value all over"
-            )
-        })?;
+        let levels = Levels::new(&values).ok_or_else(|| no_levels(&name, has_finite(&values)))?;
         let threshold = match args.threshold {
             None | Some(Threshold::Iso50) => Value::Halfway(levels.iso_50()),
             Some(Threshold::Otsu) => Value::Stated(levels.otsu),

@@ -87,7 +87,7 @@ pub(super) fn open(args: &VolumeArgs, whole: u64) -> Result<Opened, Failure> {
     let name = args.file.display().to_string();
     let volume = read_volume(&args.file, args.spacing)?;
     let floats = volume.values.to_floats();
-    let levels = Levels::new(&floats).ok_or_else(|| one_value(&name))?;
+    let levels = Levels::new(&floats).ok_or_else(|| no_levels(&name, has_finite(&floats)))?;
     let (threshold, threshold_source) = threshold(&name, args.threshold, &levels)?;
     let all = match &volume.values {
         Values::Bytes(bytes) => Samples::from_bytes(volume.size, bytes, whole_from(threshold))?,
@@ -182,11 +182,15 @@ pub(super) fn whole_from(threshold: f64) -> u8 {
     threshold.ceil().clamp(0.0, 255.0) as u8
 }
 
-pub(super) fn one_value(name: &str) -> Failure {
-    format!(
-        "{name}: expected samples of at least two values, inside and outside; found one value all over"
-    )
-    .into()
+/// Why values have no threshold between inside and outside.
+pub(in crate::cli) fn no_levels(name: &str, has_finite: bool) -> Failure {
+    let found = if has_finite { "one value all over" } else { "no value that is finite" };
+    format!("{name}: expected samples of at least two values, inside and outside; found {found}")
+        .into()
+}
+
+pub(in crate::cli) fn has_finite(values: &[f32]) -> bool {
+    values.iter().any(|value| value.is_finite())
 }
 
 /// The volume of a file or of a folder of slices; its spacing is known.

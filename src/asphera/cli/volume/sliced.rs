@@ -8,7 +8,7 @@ use asphera_volume::{LevelCounts, LevelRange, Levels, SlabBuilder};
 
 use super::super::output::Failure;
 use super::opened::{
-    Grey, Opened, Thresholded, failed, is_material, moved, one_value, spaced, threshold, whole_from,
+    Grey, Opened, Thresholded, failed, is_material, moved, no_levels, spaced, threshold, whole_from,
 };
 use super::{MethodName, VolumeArgs};
 
@@ -130,7 +130,8 @@ impl Counted {
         let present = (0..=255_u8).zip(&bytes).filter(|(_, count)| **count > 0);
         let present: Vec<f32> = present.map(|(value, _)| f32::from(value)).collect();
         range.add(&present);
-        let mut counts = LevelCounts::new(range).ok_or_else(|| one_value(name))?;
+        let mut counts =
+            LevelCounts::new(range).ok_or_else(|| no_levels(name, range.has_finite()))?;
         if are_bytes {
             (0..=255_u8).zip(bytes).for_each(|(value, times)| counts.add(f32::from(value), times));
         } else {

@@ -152,6 +152,12 @@ fn what_cannot_be_measured_is_said() {
     assert!(message(&ball(), &[]).contains("give --spacing MM"));
     let flat = b"X: 2\nY: 1\nZ: 1\nVersion: 2\n.\n\x07\x07";
     assert!(message(flat, &["--spacing", "1"]).contains("found one value all over"));
+    let missing = format!(
+        "NRRD0004\ntype: float\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\nspacings: 1 1 1\n\n{}\n",
+        "nan ".repeat(8)
+    );
+    let said = figures_of(missing.as_bytes(), "nrrd", &[]).unwrap_err();
+    assert!(said.contains("found no value that is finite"), "{said}");
     let above = message(&ball(), &["--spacing", "1", "--threshold", "300"]);
     assert!(above.contains("up to the largest 255, found 300"), "{above}");
     assert!(message(&ball(), &["--spacing", "1", "--part", "2"]).contains("--part 2"));
