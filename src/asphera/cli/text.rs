@@ -4,6 +4,8 @@ use std::str::FromStr;
 
 use asphera_formats::Topography;
 use asphera_formats::xyz::{By, Column, Taken, TextOptions, Unit};
+use asphera_geometry::TINY_MM;
+use asphera_report::words::counted;
 use asphera_report::{ColumnFigures, ReadingFigures};
 use clap::Args;
 
@@ -119,7 +121,19 @@ pub(super) fn reading(topography: &Topography) -> Option<ReadingFigures> {
         units_assumed: *units_by == By::Default,
         decimal_commas: *has_decimal_commas,
         lines_passed_over: *passed_over as u64,
-        cautions: cautions.clone(),
+        cautions: cautions.iter().cloned().chain(tiny_points(topography)).collect(),
+    })
+}
+
+/// What is said of points so near to an axis that they are taken to lie on it.
+fn tiny_points(topography: &Topography) -> Option<String> {
+    let is_tiny = |value: &f64| *value != 0.0 && value.abs() < TINY_MM;
+    let tiny = topography.points().filter(|point| point.iter().any(is_tiny)).count() as u64;
+    (tiny > 0).then(|| {
+        format!(
+            "coordinates below {TINY_MM:e} mm count as zero, and {} had some: those that then share a place are duplicates. Is the unit right? `--unit` gives another",
+            counted(tiny, "point")
+        )
     })
 }
 
@@ -143,6 +157,21 @@ fn unit(word: &str) -> Result<Unit, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn coordinates_that_count_as_zero_are_told() {
+        let cautions = |text: &str| {
+            let options = TextOptions::default();
+            let read = asphera_formats::read_with("a.xyz", text.as_bytes(), &options).unwrap();
+            reading(&read).unwrap().cautions
+        };
+        let [said] = &cautions("1e-150 0 0\n2e-150 0 0\n0 1e-150 0\n")[..] else { panic!("none") };
+        assert!(
+            said.starts_with("coordinates below 1e-40 mm count as zero, and 3 points"),
+            "{said}"
+        );
+        assert!(cautions("0 0 0\n1e-30 0 0\n0 1 0\n").is_empty());
+    }
 
     #[test]
     fn columns_are_names_or_numbers_and_a_pitch_is_one_number_or_two() {
