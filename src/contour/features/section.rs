@@ -92,41 +92,38 @@ impl Section {
 
     /// The diameter of the largest circle within, and its middle along and across the chord.
     ///
-    /// It touches both sides where they are as far apart as they get: between P on one side and the nearest place Q to it on the other, PQ the
-    /// largest. The sides are polynomials of degree 4 over 8 % of the chord to both sides of where they stand farthest apart roughly.
+    /// Its middle is as far from the one side as from the other, and nowhere are they farther. The sides are polynomials of degree 4 over 8 % of
+    /// the chord to both sides of where they stand farthest apart roughly.
     pub(super) fn thickness(&self, noise: &Noise) -> Result<(Estimate, PlaceMm), String> {
         let rough = self.rough_thickest()?;
         let half = WINDOW * self.length_mm();
+        let [low, high] = [rough - half, rough + half];
         let fitted = [0, 1].map(|side| {
-            Polynomial::fit(4, &self.side(side, [rough - half, rough + half]))
+            Polynomial::fit(4, &self.side(side, [low, high]))
                 .filter(|polynomial| polynomial.range()[0] < polynomial.range()[1])
         });
-        let [Some(first), Some(second)] = &fitted else {
+        let [Some(first), Some(second)] = fitted else {
             return Err(format!(
                 "airfoil: a side has under 8 points within {half:.4} mm of its thickest place; measure more points there"
             ));
         };
-        let [low, high] = [rough - half, rough + half];
+        let sides = [first, second];
         let (mut from, mut to) = (low, high);
-        let nearest_mm = |u: f64| {
-            let at = [u, first.value(u)];
-            let foot = foot(second, at);
-            (distance_mm(at, [foot, second.value(foot)]), foot)
-        };
         for _ in 0..SEARCHES {
             let [p, q] = [from + (to - from) / 3.0, to - (to - from) / 3.0];
-            if nearest_mm(p).0 < nearest_mm(q).0 { from = p } else { to = q }
+            let [at_p, at_q] = [p, q].map(|u| Inscribed::new(&sides, u).radius_mm);
+            if at_p < at_q { from = p } else { to = q }
         }
         let u = 0.5 * (from + to);
-        let (thickness_mm, foot) = nearest_mm(u);
         if u - low < 0.02 * half || high - u < 0.02 * half {
             return Err("airfoil: its sides do not stand farthest apart at one place".to_owned());
         }
+        let Inscribed { radius_mm, middle, feet } = Inscribed::new(&sides, u);
         // Across the sides.
         let variance = |side: &Polynomial, u: f64| side.variance(u) / (1.0 + side.slope(u).powi(2));
-        let variance = variance(first, u) + variance(second, foot);
-        let middle = [0.5 * (u + foot), 0.5 * (first.value(u) + second.value(foot))];
-        Ok((Estimate { value: thickness_mm, u: noise.sigma_mm * variance.sqrt() }, middle))
+        let variance = variance(&sides[0], feet[0]) + variance(&sides[1], feet[1]);
+        let u_mm = noise.sigma_mm * variance.sqrt();
+        Ok((Estimate { value: 2.0 * radius_mm, u: u_mm }, middle))
     }
 
     /// Where along the chord the means of both sides stand farthest apart, of 50 parts, three by three.
@@ -146,11 +143,17 @@ impl Section {
             })
             .collect();
         let threes = means.windows(3).map(|three| Some(three[0]? + three[1]? + three[2]?));
-        let best = threes.enumerate().filter_map(|(index, sum)| Some((index, sum?)));
+        let threes: Vec<Option<f64>> = threes.collect();
+        let best = threes.iter().enumerate().filter_map(|(index, sum)| Some((index, (*sum)?)));
         let best = best.reduce(|best, next| if next.1 > best.1 { next } else { best });
-        best.map(|(index, _)| start + part * (index as f64 + 1.5)).ok_or_else(|| {
+        let (index, sum) = best.ok_or_else(|| {
             format!("airfoil: expected points on both sides in three parts of {part:.4} mm one after the other, found gaps; measure more points")
-        })
+        })?;
+        // Of sides that are parallel noise chooses a part: the middle of all that are as thick is away from where they bend.
+        let is_level = |at: &usize| threes[*at].is_some_and(|it| it >= (1.0 - LEVEL) * sum);
+        let first = (0..=index).rev().take_while(is_level).last().unwrap_or(index);
+        let last = (index..threes.len()).take_while(is_level).last().unwrap_or(index);
+        Ok(start + part * (0.5 * (first + last) as f64 + 1.5))
     }
 
     /// A place as words, in the frame of the points.
@@ -160,24 +163,59 @@ impl Section {
     }
 }
 
-/// Where along a polynomial its nearest place to a place lies, by Newton's iteration from beneath it.
-fn foot(of: &Polynomial, [u, v]: PlaceMm) -> f64 {
+/// The circle that touches both sides, its middle at a place along the chord.
+struct Inscribed {
+    radius_mm: f64,
+    middle: PlaceMm,
+    /// Where along the chord it touches them.
+    feet: [f64; 2],
+}
+
+impl Inscribed {
+    /// The circle with its middle at `u`, by halving the way from one side to the other.
+    fn new(sides: &[Polynomial; 2], u: f64) -> Inscribed {
+        let mut ends = [0, 1].map(|side| sides[side].value(u));
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (ends[0] + ends[1]);
+            let [first, second] = [0, 1].map(|side| nearest(&sides[side], [u, middle]).0);
+            ends[usize::from(first > second)] = middle;
+        }
+        let middle = [u, 0.5 * (ends[0] + ends[1])];
+        let [first, second] = [0, 1].map(|side| nearest(&sides[side], middle));
+        let radius_mm = 0.5 * (first.0 + second.0);
+        Inscribed { radius_mm, middle, feet: [first.1, second.1] }
+    }
+}
+
+/// The distance of a place from a polynomial, and where along it its nearest place lies, by Newton's iteration from beneath it.
+fn nearest(of: &Polynomial, [u, v]: PlaceMm) -> (f64, f64) {
+    let [low, high] = of.range();
     let mut at = u;
-    for _ in 0..20 {
-        // The way to the place along the curve's direction; curvature is left out, so steps converge fast only near.
+    for _ in 0..FOOT_STEPS {
         let slope = of.slope(at);
         let along = (u - at) + (v - of.value(at)) * slope;
         let step = along / (1.0 + slope * slope);
         let curvature = 0.5 * (of.slope(at + 1e-4) - of.slope(at - 1e-4)) / 1e-4;
+        // 0 where the place is the centre of curvature: then no step leads nearer.
         let bend = 1.0 - (v - of.value(at)) * curvature / (1.0 + slope * slope);
-        at += step / bend.max(0.2);
+        let next = (at + step / bend.max(0.2)).clamp(low, high);
+        if next.to_bits() == at.to_bits() {
+            break;
+        }
+        at = next;
     }
-    at
+    (distance_mm([u, v], [at, of.value(at)]), at)
 }
 
 /// Share of the chord to each side that the sides are fitted over.
 const WINDOW: f64 = 0.08;
 /// Parts of the chord for a first look.
 const PARTS: usize = 50;
+/// Share of the thickness by which parts that stand for the thickest are thinner at most.
+const LEVEL: f64 = 1e-3;
 /// Steps of the search; each leaves two thirds.
-const SEARCHES: usize = 80;
+const SEARCHES: usize = 50;
+/// Steps by which the middle of a circle is found between the sides.
+const HALVINGS: usize = 50;
+/// Most steps to the nearest place of a side.
+const FOOT_STEPS: usize = 20;

@@ -1,6 +1,6 @@
 //! Figures of airfoils: a NACA 4-digit section and a lens with round ends, whose figures are known.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use asphera_contour::PlaceMm;
 use asphera_contour::features::{Airfoil, Course, Estimate, Profile};
@@ -217,6 +217,68 @@ fn uncertainties_of_airfoils_hold_the_truth() {
     println!("{names}: {percent:?} %, mean and mean square over u: {off:?}");
     let bar = if draws == 2000 { 2.0 } else { 300.0 * (0.95 * 0.05 / f64::from(draws)).sqrt() };
     assert!(percent.iter().all(|percent| (percent - 95.0).abs() <= bar), "{percent:?}");
+}
+
+/// A closed curve at even steps of its angle, with noise across it.
+fn traced(of: impl Fn(f64) -> PlaceMm, count: usize, sigma: f64, draw: u32) -> Vec<PlaceMm> {
+    let noise = Numbers::new(92, draw, 0);
+    let place = |index: usize| {
+        let angle = TAU * (index as f64 + 0.5) / count as f64;
+        let [[x, y], [p, q]] = [of(angle), of(angle + 1e-6)];
+        let off = sigma * noise.normal(index) / (p - x).hypot(q - y);
+        [x + off * (q - y), y - off * (p - x)]
+    };
+    (0..count).map(place).collect()
+}
+
+/// Where a section is thicker than its sides are bent, the places nearest to one of a side are no more those opposite.
+#[test]
+fn thick_sections_have_the_diameter_of_their_largest_circle() {
+    let ellipse = |[a, b]: PlaceMm| move |angle: f64| [a * angle.cos(), b * angle.sin()];
+    // NACA 0040 of 20 mm.
+    let naca = |angle: f64| {
+        let x = 0.5 * (1.0 + f64::cos(angle));
+        let terms = 0.2969 * x.sqrt() - 0.1260 * x - 0.3516 * x * x + 0.2843 * x.powi(3);
+        let thick = 2.0 * (terms - 0.1036 * x.powi(4));
+        [20.0 * x, 20.0 * if angle <= PI { thick } else { -thick }]
+    };
+    let naca_mm = 2.0 * largest(1.0, 2.5, |angle| naca(angle)[1]);
+    let found = |truth: f64, name: &str, points: Vec<PlaceMm>| {
+        let thickness = Airfoil::new(&Course::new(points, true)).unwrap().thickness_mm;
+        println!("{name}: {thickness:?} of {truth}");
+        ((thickness.value - truth).abs(), thickness.u)
+    };
+    for (truth, name, of) in [
+        (20.0, "circle", &ellipse([10.0, 10.0]) as &dyn Fn(f64) -> PlaceMm),
+        (19.0, "thick ellipse", &ellipse([10.0, 9.5])),
+        (10.0, "ellipse", &ellipse([10.0, 5.0])),
+        (naca_mm, "NACA 0040", &naca),
+    ] {
+        // Sides are polynomials of degree 4, and no ellipses.
+        assert!(found(truth, name, traced(of, 1440, 0.0, 0)).0 < 2e-5);
+        for draw in 0..10 {
+            let (off_mm, u_mm) = found(truth, name, traced(of, 1440, 1e-3, draw));
+            assert!(off_mm < 4.0 * u_mm && u_mm < 5e-4, "{name}, draw {draw}: {off_mm} {u_mm}");
+        }
+    }
+    // Sides that are parallel stand farthest apart all along: what is given is right.
+    let stadium = [
+        Drawn::Line([-15.0, -5.0], [15.0, -5.0]),
+        Drawn::Arc([15.0, 0.0], 5.0, -FRAC_PI_2, PI),
+        Drawn::Line([15.0, 5.0], [-15.0, 5.0]),
+        Drawn::Arc([-15.0, 0.0], 5.0, FRAC_PI_2, PI),
+    ];
+    for draw in 0..10 {
+        match Airfoil::new(&Course::new(drawn(&stadium, 1500, 1e-3, draw), true)) {
+            Ok(Airfoil { thickness_mm, .. }) => {
+                assert!(
+                    (thickness_mm.value - 10.0).abs() < 4.0 * thickness_mm.u,
+                    "{thickness_mm:?}"
+                );
+            }
+            Err(why) => assert!(why.contains("do not stand farthest apart at one place"), "{why}"),
+        }
+    }
 }
 
 /// Area within the section by the trapezoidal rule over the angle, which is exact to 1e-10 of it.
