@@ -128,8 +128,12 @@ impl ContourSettings {
             stage(self.method.name());
             self.found(&triangulation)?
         };
-        if report.sampling.is_some() && report.chains.len() == 1 {
-            report.circle = circle_of(&used);
+        if let ([chain], true) = (&report.chains[..], report.sampling.is_some()) {
+            match circle_of(&used, chain.closed) {
+                Some(Ok(circle)) => report.circle = Some(circle),
+                Some(Err(why)) => report.unknown.push(why),
+                None => {}
+            }
         }
         stage("features");
         let (features, unknown) = features_of(&courses, self.tolerance_mm, self.is_airfoil);

@@ -10,13 +10,28 @@ use super::{ContourError, Nominal};
 /// diameter, if they lie all round. A flat curve is no small piece of a large circle.
 const ROUND: f64 = 0.05;
 
-/// The circle of points; none where they are far from one.
-pub(super) fn circle_of(points_mm: &[PlaceMm]) -> Option<CircleFigures> {
+/// Least points of a circle: the corners of a rectangle lie on one exactly, and say nothing of its uncertainty.
+const LEAST_OF_CIRCLE: usize = 9;
+
+/// The circle of the points of a curve, or why there is none though they lie on one; neither where they are far from a circle.
+pub(super) fn circle_of(
+    points_mm: &[PlaceMm],
+    is_closed: bool,
+) -> Option<Result<CircleFigures, String>> {
     let circle = Circle::fit(points_mm)?;
     let half_span_rad = 0.5 * circle.span_deg.to_radians();
     let height_mm = 0.5 * circle.diameter_mm * (1.0 - half_span_rad.cos());
-    (circle.roundness_mm <= ROUND * height_mm).then(|| CircleFigures {
-        points: points_mm.len(),
+    if circle.roundness_mm > ROUND * height_mm {
+        return None;
+    }
+    let points = points_mm.len();
+    if points < LEAST_OF_CIRCLE {
+        return Some(Err(format!(
+            "circle: {points} points lie near one, too few to tell their noise from their form; {LEAST_OF_CIRCLE} or more are needed"
+        )));
+    }
+    Some(Ok(CircleFigures {
+        points,
         centre_mm: circle.centre_mm,
         u_centre_mm: circle.u_centre_mm,
         diameter_mm: circle.diameter_mm,
@@ -26,8 +41,8 @@ pub(super) fn circle_of(points_mm: &[PlaceMm]) -> Option<CircleFigures> {
         roundness_zone_mm: minimum_zone(points_mm, circle.centre_mm, 0.5 * circle.diameter_mm)
             .map(|zone| zone.width_mm),
         noise_sigma_mm: circle.noise_sigma_mm,
-        span_deg: circle.span_deg,
-    })
+        span_deg: if is_closed { 360.0 } else { circle.span_deg },
+    }))
 }
 
 /// The deviations of points from a nominal outline.

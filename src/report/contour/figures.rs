@@ -24,7 +24,7 @@ pub struct CircleFigures {
     pub roundness_zone_mm: Option<f64>,
     /// Noise of the points, from neighbours.
     pub noise_sigma_mm: f64,
-    /// Angle that the points span.
+    /// Angle that the points span: 360 of a closed curve.
     pub span_deg: f64,
 }
 

@@ -264,6 +264,39 @@ fn circles_and_deviations_are_told() {
     assert!(refused.ends_with("expected an outline, found no line"), "{refused}");
 }
 
+/// The corners of a rectangle lie on a circle exactly, and say nothing of how well it is known.
+#[test]
+fn few_points_near_a_circle_get_none_and_the_reason() {
+    let square = |parts: u32| -> String {
+        let step = 10.0 / f64::from(parts);
+        let side = |[x, y]: [f64; 2], [dx, dy]: [f64; 2]| {
+            let along = (0..parts).map(move |part| step * f64::from(part));
+            along.map(move |along| format!("{} {}\n", x + dx * along, y + dy * along))
+        };
+        let corners = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]];
+        let ways = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
+        corners.into_iter().zip(ways).flat_map(|(corner, way)| side(corner, way)).collect()
+    };
+    for parts in [1, 2, 10] {
+        let report = contour_of(&square(parts), &[]).unwrap();
+        assert!(report.circle.is_none(), "{report:?}");
+        let said = report.unknown.iter().any(|why| {
+            why.starts_with("circle: 4 points lie near one, too few to tell their noise")
+        });
+        assert_eq!(said, parts == 1, "{:?}", report.unknown);
+    }
+}
+
+/// A closed circle goes all round, in whichever line it is told.
+#[test]
+fn the_circle_and_the_arc_of_a_closed_curve_span_the_same() {
+    let circle = (0..200).map(|index| (f64::from(index) * std::f64::consts::TAU / 200.0).sin_cos());
+    let circle: String = circle.map(|(sin, cos)| format!("{cos} {sin}\n")).collect();
+    let summary = summary_of(&contour_of(&circle, &[]).unwrap());
+    assert!(summary.contains(" mm, over 360°\n"), "{summary}");
+    assert!(summary.contains("over 360.0 deg"), "{summary}");
+}
+
 #[test]
 fn points_that_no_curve_can_be_found_of_are_refused() {
     assert_eq!(
