@@ -312,6 +312,11 @@ impl Method {
         }))
     }
 
+    /// Whether it takes points of strokes round areas, and nothing of points that fill them.
+    pub fn is_of_strokes(&self) -> bool {
+        matches!(self, Method::TriangleGrowing) || self.takes_hints()
+    }
+
     /// Whether it needs hints that name places within regions; without them [`Method::region`] is empty.
     pub fn takes_hints(&self) -> bool {
         matches!(self, Method::DelaunayPainting | Method::ColourByNumbers)

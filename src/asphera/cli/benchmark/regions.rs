@@ -51,7 +51,9 @@ struct DistributionFigures {
 }
 
 pub(super) fn compared(args: &BenchmarkArgs) -> Result<RegionsReport, Failure> {
-    let methods = asked(args, "regions", |method| method.kind() == Kind::Region)?;
+    let methods = asked(args, "regions that points fill", |method| {
+        method.kind() == Kind::Region && !method.is_of_strokes()
+    })?;
     let areas = areas(args)?;
     let trials = args.trials.unwrap_or(TRIALS);
     let progress = Progress::start("benchmark");
@@ -216,5 +218,10 @@ mod tests {
     fn what_is_not_there_is_refused() {
         assert!(of(&["--category", "open"]).unwrap_err().contains("expected one of disc, blob"));
         assert!(of(&["--methods", "crust"]).unwrap_err().contains("expected methods for regions"));
+        // Points that fill an area are no strokes, and nobody gives hints: such methods would find nothing.
+        for method in ["triangle-growing", "delaunay-painting", "colour-by-numbers"] {
+            let refused = of(&["--methods", method]).unwrap_err();
+            assert!(refused.contains("expected methods for regions that points fill"), "{refused}");
+        }
     }
 }
