@@ -4,7 +4,9 @@ mod shapes;
 
 use std::path::{Path, PathBuf};
 
-use asphera_contour::{Agreement, Deviation, Graph, PlaceMm, agreement, intersection_over_union};
+use asphera_contour::{
+    Agreement, Deviation, Graph, IouError, PlaceMm, agreement, intersection_over_union,
+};
 use asphera_graph::compare::Size;
 use asphera_report::contour::{CONTOUR_FORMAT, ContourReport};
 use clap::Args;
@@ -201,32 +203,14 @@ fn contour(path: &Path, text: &TextArgs) -> Result<Contour, Failure> {
 /// Area in common over the area of either. Why not, where places of a file are in no order: their lines cross each other
 /// everywhere, and enclose nothing.
 fn overlap([found, truth]: [(&PathBuf, &Vec<Vec<PlaceMm>>); 2]) -> Result<f64, String> {
-    for (file, lines) in [found, truth] {
-        let times = lines.iter().map(|line| times_across(line)).fold(0.0, f64::max);
-        if times > MOST_TIMES_ACROSS {
-            return Err(format!(
-                "expected places in order round a closed line in {}, found one that is {times:.0} times as long as it is wide",
-                file.display()
-            ));
+    intersection_over_union(found.1, truth.1).map_err(|error| match error {
+        IouError::NoOrder { of } => {
+            let file = [found.0, truth.0][of].display();
+            format!("expected places in order round a closed line in {file}, found one that crosses itself everywhere")
         }
-    }
-    intersection_over_union(found.1, truth.1).map_err(|error| error.to_string())
+        other => other.to_string(),
+    })
 }
-
-/// The length of a closed line over the diagonal of the box round it.
-fn times_across(line: &[PlaceMm]) -> f64 {
-    let next = line.iter().cycle().skip(1);
-    let length_mm: f64 = line.iter().zip(next).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).sum();
-    let extent_mm = |axis: usize| {
-        let values = || line.iter().map(|place| place[axis]);
-        values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
-    };
-    let diagonal_mm = extent_mm(0).hypot(extent_mm(1));
-    if diagonal_mm > 0.0 { length_mm / diagonal_mm } else { 0.0 }
-}
-
-/// Four hundred places in no order have lines so long, and their areas take a tenth of a second; of 20,000 they would take hours.
-const MOST_TIMES_ACROSS: f64 = 200.0;
 
 /// The lines of a contour if all are closed.
 fn closed_lines(contour: &Contour) -> Option<Vec<Vec<PlaceMm>>> {

@@ -80,6 +80,47 @@ fn overlaps_of_squares_rings_and_circles() {
     assert_eq!(intersection_over_union(&[vec![[f64::NAN, 0.0]]], &[]), Err(IouError::NotFinite));
 }
 
+/// Two combs across each other: of teeth and gaps alike a quarter is in common. There are 4·n² crossings.
+#[test]
+fn outlines_that_cross_often_have_their_area() {
+    let comb = |teeth: u32, flipped: bool| -> Vec<PlaceMm> {
+        let place = |x: f64, y: f64| if flipped { [y, x] } else { [x, y] };
+        let wide = 1.0 / f64::from(teeth);
+        let tooth = (0..teeth).flat_map(|tooth| {
+            let x = f64::from(tooth) * wide;
+            [place(x, 0.0), place(x, 1.0), place(x + 0.5 * wide, 1.0), place(x + 0.5 * wide, 0.0)]
+        });
+        // Turned a little, so that no side is upright.
+        let (sin, cos) = 0.3_f64.sin_cos();
+        tooth.map(|[x, y]| [x * cos - y * sin, x * sin + y * cos]).collect()
+    };
+    for teeth in [4, 50, 1000] {
+        // Half of the square is in each, and a quarter in both; the sides that join the teeth lie on one line and enclose nothing.
+        let found = intersection_over_union(&[comb(teeth, false)], &[comb(teeth, true)]).unwrap();
+        assert!((found - 1.0 / 3.0).abs() < 1e-9, "{teeth} teeth: {found}");
+    }
+    let wave = |count: u32, waves: f64| -> Vec<PlaceMm> {
+        let at = |index: u32| {
+            let angle = std::f64::consts::TAU * f64::from(index) / f64::from(count);
+            let radius = 10.0 + 3.0 * (waves * angle).sin();
+            [radius * angle.cos(), radius * angle.sin()]
+        };
+        (0..count).map(at).collect()
+    };
+    // The faces that Shapely 2.2 (GEOS) cuts the lines into, by parity.
+    let found = intersection_over_union(&[wave(300, 7.0)], &[wave(400, 9.0)]).unwrap();
+    assert!((found - 0.623_614_252_306_813_7).abs() < 1e-12, "{found}");
+    // A star of 401 tips crosses itself 89 times a side, in order.
+    let star: Vec<PlaceMm> = (0..401)
+        .map(|tip| f64::from(tip) * 90.0 * std::f64::consts::TAU / 401.0)
+        .map(|angle| [angle.cos(), angle.sin()])
+        .collect();
+    assert_eq!(intersection_over_union(&[star.clone()], &[star]), Ok(1.0));
+    let scattered = crate::places::scattered(2_000, 3);
+    let square = square(0.0, 0.0, 1.0);
+    assert_eq!(intersection_over_union(&[square], &[scattered]), Err(IouError::NoOrder { of: 1 }));
+}
+
 #[test]
 fn edges_in_common() {
     let truth = Graph::new([[0, 1], [1, 2], [2, 3], [3, 0]]);
