@@ -7,7 +7,7 @@ mod path;
 mod svg;
 
 pub use dxf::read as read_dxf;
-pub use svg::read as read_svg;
+pub use svg::{LeftOut, read as read_svg, read_and_count as read_svg_and_count};
 
 /// A place in the plane: x to the right and y up, in mm.
 pub type PlaceMm = [f64; 2];

@@ -15,6 +15,10 @@ pub struct Mask {
     pub rows: usize,
     /// Whether each pixel is set, row by row from the top.
     pub set: Vec<bool>,
+    /// How many pixels have a colour: red, green and blue differ.
+    pub coloured: usize,
+    /// How many pixels are less than half opaque.
+    pub transparent: usize,
 }
 
 /// Most pixels of an image that is read.
@@ -59,14 +63,21 @@ pub fn read(bytes: &[u8], is_light: bool) -> Result<Mask, ReadError> {
     };
     let width = colours + usize::from(has_alpha);
     let (columns, rows) = (columns as usize, rows as usize);
+    let is_opaque = |pixel: &[u8]| !has_alpha || pixel[colours] >= 128;
     let is_set = |pixel: &[u8]| {
         let grey: usize = pixel[..colours].iter().map(|&value| usize::from(value)).sum();
-        let is_opaque = !has_alpha || pixel[colours] >= 128;
-        is_opaque && ((grey < 128 * colours) != is_light)
+        is_opaque(pixel) && ((grey < 128 * colours) != is_light)
     };
-    let lines = bytes.chunks_exact(info.line_size).take(rows);
-    let set = lines.flat_map(|line| line[..columns * width].chunks_exact(width).map(is_set));
-    Ok(Mask { columns, rows, set: set.collect() })
+    let lines = || bytes.chunks_exact(info.line_size).take(rows);
+    let pixels = || lines().flat_map(|line| line[..columns * width].chunks_exact(width));
+    let is_coloured = |pixel: &[u8]| pixel[..colours].iter().any(|&value| value != pixel[0]);
+    Ok(Mask {
+        columns,
+        rows,
+        set: pixels().map(is_set).collect(),
+        coloured: pixels().filter(|pixel| is_coloured(pixel)).count(),
+        transparent: pixels().filter(|pixel| !is_opaque(pixel)).count(),
+    })
 }
 
 #[cfg(test)]
@@ -113,7 +124,16 @@ mod tests {
             [2, 1],
             &[0, 0, 0, 255, 0, 0, 0, 0],
         );
-        assert_eq!(read(&rgba, false).unwrap().set, [true, false]);
+        let mask = read(&rgba, false).unwrap();
+        assert_eq!((mask.set, mask.coloured, mask.transparent), (vec![true, false], 0, 1));
+        let rgb = encoded(
+            png::ColorType::Rgb,
+            png::BitDepth::Eight,
+            [3, 1],
+            &[255, 0, 0, 255, 255, 0, 7, 7, 7],
+        );
+        let mask = read(&rgb, false).unwrap();
+        assert_eq!((mask.set, mask.coloured), (vec![true, false, true], 2));
         let wide = encoded(png::ColorType::Rgb, png::BitDepth::Sixteen, [1, 1], &[255; 6]);
         assert_eq!(read(&wide, true).unwrap().set, [true]);
     }

@@ -7,11 +7,12 @@ use asphera_contour::PlaceMm;
 use asphera_contour::sampler::{
     BezierLine, Disturbance, Disturbed, SampledLine, Spacing, TrueCurve, borders,
 };
-use asphera_formats::drawing::{DrawnLine, read_dxf, read_svg};
+use asphera_formats::drawing::{DrawnLine, LeftOut, read_dxf, read_svg_and_count};
 use asphera_formats::mask;
 use clap::Args;
 use serde::Serialize;
 
+use super::columns::Style;
 use super::exit::Exit;
 use super::files::{read, refuse};
 use super::output::{Failure, print, print_json};
@@ -21,7 +22,7 @@ use crate::contour::truth_report;
 
 #[derive(Args)]
 pub(super) struct SampleArgs {
-    /// The curve: a drawing (.svg, .dxf) in mm, or a black and white image (.png).
+    /// The curve: a drawing (.svg, .dxf) in mm, or an image (.png), whose shape is darker than half way from black to white.
     curve: PathBuf,
     /// Every place of the curve gets a sample nearer than E times its local feature size.
     #[arg(long, value_name = "E", value_parser = positive)]
@@ -50,7 +51,7 @@ pub(super) struct SampleArgs {
     /// The shape of an image is light on dark.
     #[arg(long)]
     light: bool,
-    /// Where the samples go: x and y in mm, a line each, in the order of the curve, outliers last.
+    /// Where the samples go: x and y in mm, a line each, in the order of the curve, outliers last. A .csv has commas and a head.
     #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
     /// Where the truth goes: .json, which `asphera compare` takes, or .xy, the places of the curve in order.
@@ -79,6 +80,34 @@ struct SampleReport {
     samples: usize,
     outliers: usize,
     seed: u64,
+    /// How many elements of an SVG file are drawn and were not read, by their names.
+    #[serde(skip_serializing_if = "LeftOut::is_empty")]
+    left_out: LeftOut,
+    /// What of an image is its shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    image: Option<ImageFigures>,
+}
+
+/// The pixels of an image.
+#[derive(Debug, PartialEq, Serialize)]
+struct ImageFigures {
+    pixels: usize,
+    /// Those of the shape.
+    shape: usize,
+    /// Whether it is the light ones.
+    light: bool,
+    /// Those whose red, green and blue differ: the mean of these counts.
+    coloured: usize,
+    /// Those less than half opaque, which are no shape.
+    transparent: usize,
+}
+
+/// A curve with its samples, and what was not taken of its file.
+struct Taken {
+    curve: TrueCurve,
+    samples: Vec<SampledLine>,
+    left_out: LeftOut,
+    image: Option<ImageFigures>,
 }
 
 pub(super) fn run(args: &SampleArgs) -> Result<Exit, Failure> {
@@ -92,7 +121,10 @@ pub(super) fn run(args: &SampleArgs) -> Result<Exit, Failure> {
         let name = args.out.display();
         return Err(misused(format!("--out and --truth are both {name}: expected two files")));
     }
-    let (curve, lines) = sampled(args)?;
+    if let Some(path) = &args.truth {
+        truth_kind(path)?;
+    }
+    let Taken { curve, samples: lines, left_out, image } = sampled(args)?;
     let disturbance = Disturbance {
         of_box: args.noise,
         of_lfs: args.noise_lfs,
@@ -100,7 +132,7 @@ pub(super) fn run(args: &SampleArgs) -> Result<Exit, Failure> {
         seed: args.seed,
     };
     let points = disturbance.apply(&curve, &lines);
-    write(&args.out, &columns(&points.points_mm))?;
+    write(&args.out, &places(&args.out, &points.points_mm))?;
     if let Some(path) = &args.truth {
         write(path, &truth(path, &curve, &points)?)?;
     }
@@ -114,6 +146,8 @@ pub(super) fn run(args: &SampleArgs) -> Result<Exit, Failure> {
         samples: points.points_mm.len() - points.outliers,
         outliers: points.outliers,
         seed: args.seed,
+        left_out,
+        image,
     };
     if args.json {
         print_json(&report)?;
@@ -124,16 +158,16 @@ pub(super) fn run(args: &SampleArgs) -> Result<Exit, Failure> {
 }
 
 /// The curve of the file and its samples.
-fn sampled(args: &SampleArgs) -> Result<(TrueCurve, Vec<SampledLine>), Failure> {
+fn sampled(args: &SampleArgs) -> Result<Taken, Failure> {
     let name = args.curve.display();
     let bytes = read(&args.curve)?;
     let spacing = Spacing { epsilon: args.epsilon, rho: args.rho, chord_mm: args.chord };
     let ending = args.curve.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     let named =
         |error: asphera_formats::ReadError| -> Failure { format!("{name}: {error}").into() };
-    let drawn = match ending.as_deref() {
-        Some("svg") => read_svg(&bytes).map_err(named)?,
-        Some("dxf") => read_dxf(&bytes).map_err(named)?,
+    let (drawn, left_out) = match ending.as_deref() {
+        Some("svg") => read_svg_and_count(&bytes).map_err(named)?,
+        Some("dxf") => (read_dxf(&bytes).map_err(named)?, LeftOut::new()),
         Some("png") => return image(args, &bytes, &spacing),
         _ => {
             return Err(format!(
@@ -153,21 +187,21 @@ fn sampled(args: &SampleArgs) -> Result<(TrueCurve, Vec<SampledLine>), Failure> 
         .collect();
     let curve = TrueCurve::of_beziers(&lines, &spacing);
     let samples = curve.sampled(&spacing);
-    match samples.is_empty() {
-        true => Err(format!("{name}: expected a path or a shape, found none").into()),
-        false => Ok((curve, samples)),
+    if samples.is_empty() {
+        let but = match left_out.is_empty() {
+            true => String::new(),
+            false => format!(" but {}", counts(&left_out)),
+        };
+        return Err(format!("{name}: expected a path or a shape, found none{but}").into());
     }
+    Ok(Taken { curve, samples, left_out, image: None })
 }
 
 /// So many steps along a border of pixels are averaged, three times over, before it is sampled by its local feature size.
 const SMOOTHED: usize = 3;
 
 /// The borders of an image: all their places, or samples of the smoothed ones.
-fn image(
-    args: &SampleArgs,
-    bytes: &[u8],
-    spacing: &Spacing,
-) -> Result<(TrueCurve, Vec<SampledLine>), Failure> {
+fn image(args: &SampleArgs, bytes: &[u8], spacing: &Spacing) -> Result<Taken, Failure> {
     let name = args.curve.display();
     let mask = mask::read(bytes, args.light).map_err(|error| format!("{name}: {error}"))?;
     let lines = borders(&mask.set, mask.columns, mask.rows, args.pixel);
@@ -175,49 +209,103 @@ fn image(
         let cure = "give --light for a light shape on dark";
         return Err(format!("{name}: expected a dark shape, found no dark pixel; {cure}").into());
     }
+    let figures = ImageFigures {
+        pixels: mask.set.len(),
+        shape: mask.set.iter().filter(|set| **set).count(),
+        light: args.light,
+        coloured: mask.coloured,
+        transparent: mask.transparent,
+    };
+    let taken =
+        |curve, samples| Taken { curve, samples, left_out: LeftOut::new(), image: Some(figures) };
     let lines: Vec<(Vec<PlaceMm>, bool)> = lines.into_iter().map(|line| (line, true)).collect();
     let curve = TrueCurve::of_places(&lines);
     if *spacing == Spacing::default() {
         let samples = curve.every_place();
-        return Ok((curve, samples));
+        return Ok(taken(curve, samples));
     }
     let curve = curve.smoothed(SMOOTHED);
     let samples = curve.sampled(spacing);
-    Ok((curve, samples))
+    Ok(taken(curve, samples))
+}
+
+/// How the truth is written.
+#[derive(Clone, Copy, PartialEq)]
+enum TruthKind {
+    Report,
+    Places,
+}
+
+/// How the name of a file asks for the truth.
+fn truth_kind(path: &Path) -> Result<TruthKind, Failure> {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    match ending.as_deref() {
+        Some("json") => Ok(TruthKind::Report),
+        Some("xy" | "xyz" | "txt" | "csv") => Ok(TruthKind::Places),
+        _ => Err(misused(format!(
+            "{}: expected a name in .json or .xy, found another",
+            path.display()
+        ))),
+    }
 }
 
 /// The text of the truth.
 fn truth(path: &Path, curve: &TrueCurve, points: &Disturbed) -> Result<String, Failure> {
     let lines = curve.lines_mm();
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    match ending.as_deref() {
-        Some("json") => {
-            let report = truth_report(&points.points_mm, &points.edges, lines);
-            Ok(serde_json::to_string(&report)?)
-        }
-        Some("xy" | "xyz" | "txt") => {
-            Ok(columns(&lines.into_iter().flat_map(|(places, _)| places).collect::<Vec<_>>()))
-        }
-        _ => {
-            Err(format!("{}: expected a name in .json or .xy, found another", path.display())
-                .into())
-        }
+    if truth_kind(path)? == TruthKind::Report {
+        let report = truth_report(&points.points_mm, &points.edges, lines);
+        return Ok(serde_json::to_string(&report)?);
     }
+    let all: Vec<PlaceMm> = lines.into_iter().flat_map(|(places, _)| places).collect();
+    Ok(places(path, &all))
 }
 
-/// x and y, a line each, with all digits.
-fn columns(places: &[PlaceMm]) -> String {
+/// x and y, a line each, with all digits: of a .csv with commas, below a head.
+fn places(path: &Path, places: &[PlaceMm]) -> String {
+    let is_csv = Style::by_name(path) == Some(Style::Commas);
     let mut text = String::new();
+    if is_csv {
+        text.push_str("x[mm],y[mm]\n");
+    }
+    let separator = if is_csv { ',' } else { ' ' };
     for [x, y] in places {
         // Writing into a String cannot fail.
-        let _ = writeln!(text, "{x} {y}");
+        let _ = writeln!(text, "{x}{separator}{y}");
     }
     text
+}
+
+/// Elements that were left out, as `2 use, 1 text`.
+fn counts(left_out: &LeftOut) -> String {
+    let words: Vec<String> =
+        left_out.iter().map(|(name, count)| format!("{count} {name}")).collect();
+    words.join(", ")
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {
     let failed = |error| format!("cannot write {}: {error}", path.display()).into();
     std::fs::write(path, text).map_err(failed)
+}
+
+impl ImageFigures {
+    /// What of the image is the shape.
+    fn words(&self) -> String {
+        let ImageFigures { pixels, shape, light, coloured, transparent } = self;
+        let way = if *light { "lighter" } else { "darker" };
+        let mut text = format!(
+            "shape      {shape} of {pixels} pixels, {way} than half way from black to white"
+        );
+        if *coloured > 0 {
+            text.push_str(&format!(
+                "; of {coloured} coloured ones the mean of red, green and blue counts"
+            ));
+        }
+        if *transparent > 0 {
+            text.push_str(&format!("; {transparent} less than half opaque are left out"));
+        }
+        text.push('\n');
+        text
+    }
 }
 
 impl SampleReport {
@@ -228,6 +316,11 @@ impl SampleReport {
             self.closed,
             short(self.diagonal_mm)
         );
+        if !self.left_out.is_empty() {
+            let found = counts(&self.left_out);
+            text.push_str(&format!("left out   {found}: paths and basic shapes alone are read\n"));
+        }
+        text.extend(self.image.as_ref().map(ImageFigures::words));
         if let Some(least_mm) = self.lfs_least_mm {
             text.push_str(&format!("feature    {} mm at least\n", short(least_mm)));
         }

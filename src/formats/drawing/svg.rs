@@ -2,7 +2,10 @@
 //!
 //! Lines come in the order of the file, with all transforms done. y is turned: it points down in the file and up here. A unit of the
 //! picture is what width and viewBox of the root say where the width has a unit (mm, cm, in, pt, pc); elsewhere it is 1 mm. What lies in
-//! `defs`, clip paths, masks, markers, patterns and symbols is not drawn, so it is passed over, as are texts and images.
+//! `defs`, clip paths, masks, markers, patterns and symbols is not drawn, so it is passed over. Texts, images and copies by `use` are drawn, but
+//! not read: they are counted.
+
+use std::collections::BTreeMap;
 
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
@@ -21,6 +24,15 @@ use crate::{Format, Place, ReadError};
 /// No XML, no element `svg`, or a path, a number or a transform that is not understood, with its element. A drawing without a line is
 /// not refused: it has none.
 pub fn read(bytes: &[u8]) -> Result<Vec<DrawnLine>, ReadError> {
+    read_and_count(bytes).map(|(lines, _)| lines)
+}
+
+/// The lines of a drawing, and how many elements of each name are drawn and were left out.
+///
+/// # Errors
+///
+/// As [`read`].
+pub fn read_and_count(bytes: &[u8]) -> Result<(Vec<DrawnLine>, LeftOut), ReadError> {
     let text = decoded(bytes);
     let mut reader = Reader::from_str(&text);
     let mut drawing = Drawing::default();
@@ -40,15 +52,19 @@ pub fn read(bytes: &[u8]) -> Result<Vec<DrawnLine>, ReadError> {
         }
     }
     match drawing.has_root {
-        true => Ok(drawing.lines),
+        true => Ok((drawing.lines, drawing.left_out)),
         false => Err(malformed(Place::Byte(0), "an element svg", "none".to_owned())),
     }
 }
+
+/// How many elements of each name were left out.
+pub type LeftOut = BTreeMap<String, usize>;
 
 /// What was read so far.
 #[derive(Default)]
 struct Drawing {
     lines: Vec<DrawnLine>,
+    left_out: LeftOut,
     /// The map of each open element to mm; `None` within one that is not drawn.
     open_maps: Vec<Option<Affine>>,
     has_root: bool,
@@ -58,6 +74,9 @@ struct Drawing {
 const NOT_DRAWN: [&str; 8] =
     ["defs", "clipPath", "mask", "marker", "pattern", "symbol", "metadata", "text"];
 
+/// Elements that are drawn, and whose lines are not read.
+const NOT_READ: [&str; 4] = ["use", "text", "image", "foreignObject"];
+
 impl Drawing {
     fn open(&mut self, start: &BytesStart<'_>, stays_open: bool) -> Result<(), ReadError> {
         let tag = Tag::new(start)?;
@@ -66,6 +85,9 @@ impl Drawing {
             None => Some(tag.root_map()?),
         };
         self.has_root |= tag.name == "svg";
+        if outer.is_some() && NOT_READ.contains(&tag.name.as_str()) {
+            *self.left_out.entry(tag.name.clone()).or_default() += 1;
+        }
         let map = match outer.filter(|_| !NOT_DRAWN.contains(&tag.name.as_str())) {
             Some(outer) => Some(outer.after(tag.transform()?)),
             None => None,

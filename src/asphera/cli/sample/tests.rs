@@ -66,6 +66,58 @@ fn images_and_drawings_of_other_kinds() {
     assert_eq!(made("a.dxf", dxf.as_bytes(), &["--rho", "0.9"]).unwrap().1.len(), 4);
 }
 
+/// What a person reads of a curve that was sampled, and its samples.
+fn told(name: &str, bytes: &[u8], words: &[&str], out: &str) -> (String, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(path(name), bytes).unwrap();
+    let files = [path(name), path(out)];
+    let given = ["asphera", "sample", &files[0], "-o", &files[1]];
+    let Ok(Cli { command: Command::Sample(args), .. }) =
+        Cli::try_parse_from(given.iter().chain(words))
+    else {
+        panic!("another command");
+    };
+    let Taken { curve, samples, left_out, image } = sampled(&args).unwrap();
+    assert_eq!(run(&args).unwrap(), Exit::Done);
+    let report = SampleReport {
+        format: "",
+        lines: samples.len(),
+        closed: 0,
+        diagonal_mm: curve.diagonal_mm(),
+        lfs_least_mm: None,
+        samples: 0,
+        outliers: 0,
+        seed: 1,
+        left_out,
+        image,
+    };
+    (report.summary(&args.out), std::fs::read_to_string(&files[1]).unwrap())
+}
+
+#[test]
+fn what_is_not_taken_is_told() {
+    let svg = "<svg><defs><text>a</text><circle id='c' r='5'/></defs><circle r='5'/><use href='#c' x='9'/><text>b</text><use href='#c'/></svg>";
+    let (summary, csv) = told("a.svg", svg.as_bytes(), &["--rho", "0.9"], "out.csv");
+    assert!(summary.contains("left out   1 text, 2 use: paths"), "{summary}");
+    let lines: Vec<&str> = csv.lines().collect();
+    assert_eq!((lines[0], lines.len()), ("x[mm],y[mm]", 5));
+    assert!(lines[1..].iter().all(|line| line.split(',').count() == 2), "{csv}");
+    let mut png = Vec::new();
+    let mut encoder = png::Encoder::new(&mut png, 4, 3);
+    encoder.set_color(png::ColorType::Rgba);
+    let (red, yellow, white, none) = ([255, 0, 0, 255], [255, 255, 0, 255], [255; 4], [0; 4]);
+    let pixels = [white, none, white, white, white, red, red, white, white, yellow, white, none];
+    encoder.write_header().unwrap().write_image_data(&pixels.concat()).unwrap();
+    let (summary, _) = told("a.png", &png, &[], "out.xy");
+    assert!(
+        summary.contains(
+            "shape      2 of 12 pixels, darker than half way from black to white; of 3 coloured ones the mean of red, green and blue counts; 2 less than half opaque are left out\n"
+        ),
+        "{summary}"
+    );
+}
+
 #[test]
 fn what_cannot_be_sampled_is_refused() {
     let refused =
