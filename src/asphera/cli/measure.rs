@@ -1,6 +1,6 @@
 //! `asphera measure`: the points of a file or a session through the same pipeline.
 
-use std::net::SocketAddr;
+use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
 
 use clap::Args;
@@ -11,7 +11,7 @@ use super::face::{self, FaceArgs, Faces, name_of};
 use super::files::{part, timed};
 use super::output::{Failure, deliver, refuse_results};
 use super::progress::Progress;
-use super::serve::{check_free, show};
+use super::serve::{bound, show};
 use super::source::{Source, source_or_volume_help};
 use super::text::TextArgs;
 use super::threads::ThreadArgs;
@@ -53,13 +53,13 @@ pub(super) struct MeasureArgs {
 pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
     args.threads.limit_process()?;
     refuse_results(&args.output)?;
-    args.listen.map(check_free).transpose()?;
+    let page = args.listen.map(bound).transpose()?;
     // A nominal that cannot be used is told before long reading.
     let given = args.nominal.as_deref().map(part).transpose()?;
     let progress = Progress::start("measure");
     if face::is_volume(&args.source)? {
         args.tip.refuse("a volume holds values of cells")?;
-        return of_volume(args, given, progress);
+        return of_volume(args, given, page, progress);
     }
     args.face.refuse(&args.source)?;
     let source = Source::open(&args.source, &args.text, &progress)?;
@@ -70,22 +70,27 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
     measurement.report.timing = timing;
     deliver(&measurement, &args.output, Some(progress))?;
     let exit = Exit::of(&measurement.report);
-    if let Some(listen) = args.listen {
-        show(ShownMeasurement::new(&name_of(&args.source), measurement, None), listen)?;
+    if let Some(page) = page {
+        show(ShownMeasurement::new(&name_of(&args.source), measurement, None), page)?;
     }
     Ok(exit)
 }
 
 /// Measures a face of a volume, or two; results of the second go into a folder of their own.
-fn of_volume(args: &MeasureArgs, given: Option<Part>, progress: Progress) -> Result<Exit, Failure> {
+fn of_volume(
+    args: &MeasureArgs,
+    given: Option<Part>,
+    page: Option<TcpListener>,
+    progress: Progress,
+) -> Result<Exit, Failure> {
     if args.face.second().is_some() {
         refuse_results(&of_second(&args.output))?;
     }
     let faces =
         face::measured(&args.source, &args.face, given, args.along, args.shuffle, &progress)?;
     let exit = deliver_faces(&faces, &args.output, progress)?;
-    if let Some(listen) = args.listen {
-        show(faces.shown(&args.source)?, listen)?;
+    if let Some(page) = page {
+        show(faces.shown(&args.source)?, page)?;
     }
     Ok(exit)
 }

@@ -1,7 +1,7 @@
 //! A station with its page, until a signal: what `run` and `demo` share.
 
 use std::io;
-use std::net::SocketAddr;
+use std::net::{SocketAddr, TcpListener};
 use std::time::Duration;
 
 use asphera_http::{BindError, Server, TextRoute, Token};
@@ -62,7 +62,12 @@ impl Page {
         let is_known = chosen.is_some();
         let token = chosen.map_or_else(Token::random, Ok)?;
         let server = Server::bind(listen, token, station).await.map_err(ListenError::of)?;
-        let server = server.with_allowed_hosts(allowed_hosts).with_text(METRICS);
+        Ok(Page::of(server.with_allowed_hosts(allowed_hosts), is_known))
+    }
+
+    /// Serves; the token is printed unless its operator knows it.
+    fn of(server: Server, is_known: bool) -> Page {
+        let server = server.with_text(METRICS);
         let url = server.url();
         let address = if is_known { url.clone() } else { server.url_with_token() };
         say(&format!("page: {address}"));
@@ -71,7 +76,7 @@ impl Page {
             // A dropped sender stops the server too.
             let _ = stop.await;
         }));
-        Ok(Page { url, shutdown, task })
+        Page { url, shutdown, task }
     }
 
     /// Its address, without the token.
@@ -91,20 +96,18 @@ impl Page {
     }
 }
 
-/// Fails where nobody can listen at an address, so that this is told before long work.
-pub(super) fn check_free(listen: SocketAddr) -> Result<(), Failure> {
-    match std::net::TcpListener::bind(listen) {
-        Ok(_) => Ok(()),
-        Err(source) => Err(ListenError::of(BindError { addr: listen, source }).into()),
-    }
+/// Binds an address before long work, so that one that is taken is told now, and nobody takes it meanwhile. Browsers that come wait.
+pub(super) fn bound(listen: SocketAddr) -> Result<TcpListener, Failure> {
+    TcpListener::bind(listen)
+        .map_err(|source| ListenError::of(BindError { addr: listen, source }).into())
 }
 
 /// Shows a finished measurement on the page until a signal. On this machine the page is read-only, as nothing can be started; others
 /// need the token to read.
-pub(super) fn show(shown: ShownMeasurement, listen: SocketAddr) -> Result<(), Failure> {
+pub(super) fn show(shown: ShownMeasurement, listener: TcpListener) -> Result<(), Failure> {
     block_on(async {
-        let chosen = listen.ip().is_loopback().then(Token::random).transpose()?;
-        let page = Page::serve(shown, listen, Vec::new(), chosen).await?;
+        let is_here = listener.local_addr()?.ip().is_loopback();
+        let page = Page::of(Server::of_bound(listener, Token::random()?, shown)?, is_here);
         say("the page stays; Ctrl-C ends");
         interrupted().await?;
         page.close().await?;
@@ -213,9 +216,11 @@ mod tests {
 
     #[test]
     fn a_taken_port_is_named_with_who_has_it_and_what_to_do() {
-        let listener = std::net::TcpListener::bind(("127.0.0.1", 0)).unwrap();
+        let listener = bound(([127, 0, 0, 1], 0).into()).unwrap();
         let addr = listener.local_addr().unwrap();
-        let source = std::net::TcpListener::bind(addr).unwrap_err();
+        // What was bound stays so while the work goes on.
+        assert!(bound(addr).unwrap_err().to_string().contains("it is in use by"));
+        let source = TcpListener::bind(addr).unwrap_err();
         let error = ListenError::of(BindError { addr, source });
         let words = error.to_string();
         assert!(words.starts_with(&format!("cannot listen on {addr}: it is in use by")), "{words}");

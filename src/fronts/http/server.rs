@@ -91,7 +91,24 @@ impl Server {
     ) -> Result<Server, BindError> {
         let refused = |source: io::Error| BindError { addr, source };
         let listener = TcpListener::bind(addr).await.map_err(refused)?;
-        let local_addr = listener.local_addr().map_err(refused)?;
+        Server::of(listener, token, source).map_err(refused)
+    }
+
+    /// The server of a port that was bound before.
+    ///
+    /// # Errors
+    /// Where the runtime cannot take the port.
+    pub fn of_bound(
+        listener: std::net::TcpListener,
+        token: Token,
+        source: impl LiveStation,
+    ) -> io::Result<Server> {
+        listener.set_nonblocking(true)?;
+        Server::of(TcpListener::from_std(listener)?, token, source)
+    }
+
+    fn of(listener: TcpListener, token: Token, source: impl LiveStation) -> io::Result<Server> {
+        let local_addr = listener.local_addr()?;
         if !local_addr.ip().is_loopback() {
             tracing::warn!(%local_addr, "the page is reachable from other machines, unencrypted");
         }

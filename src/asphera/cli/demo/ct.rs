@@ -14,7 +14,7 @@ use super::super::files::part;
 use super::super::measure::deliver_faces;
 use super::super::output::{Failure, refuse_results, say, write_json};
 use super::super::progress::Progress;
-use super::super::serve::{check_free, show};
+use super::super::serve::{bound, show};
 use super::super::usage::misused;
 use super::{DemoArgs, default_folder, page_of};
 
@@ -34,8 +34,7 @@ pub(super) fn run(mut args: DemoArgs) -> Result<Exit, Failure> {
         )));
     }
     refuse_results(&args.output)?;
-    let listen = (!args.exit).then(|| page_of(&args));
-    listen.map(check_free).transpose()?;
+    let page = (!args.exit).then(|| bound(page_of(&args))).transpose()?;
     let folder = args.output.out.clone().unwrap_or_else(default_folder);
     args.output.out = Some(folder.clone());
     std::fs::create_dir_all(&folder)
@@ -48,8 +47,8 @@ pub(super) fn run(mut args: DemoArgs) -> Result<Exit, Failure> {
     say(&format!("results: {}", folder.display()));
     let faces = laid.measured(&progress)?;
     let exit = deliver_faces(&faces, &args.output, progress)?;
-    if let Some(listen) = listen {
-        show(faces.shown(&laid.volume)?, listen)?;
+    if let Some(page) = page {
+        show(faces.shown(&laid.volume)?, page)?;
     }
     Ok(exit)
 }
