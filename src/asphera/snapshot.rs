@@ -44,10 +44,11 @@ pub(crate) fn take_measurement(snapshot: &mut Snapshot, measurement: &Measuremen
     snapshot.features = report.features.clone();
     snapshot.form = report.form.clone();
     snapshot.map = measurement.cells.clone();
-    snapshot.maps = measurement
-        .surface
-        .maps_version()
-        .map(|version| MapsState { version, as_of_points: report.sampling.as_of_points });
+    // Of parts alone there is no whole to have maps of.
+    let has_whole = report.form.is_some() || report.parts.is_none();
+    let version = measurement.surface.maps_version().filter(|_| has_whole);
+    snapshot.maps =
+        version.map(|version| MapsState { version, as_of_points: report.sampling.as_of_points });
     let as_of_points = report.points.received;
     snapshot.parts = report.parts.as_ref().map(SessionParts::state);
     snapshot.contour = report.contour.as_ref().map(|_| ContourState { as_of_points });

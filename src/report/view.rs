@@ -287,7 +287,10 @@ impl View {
         chapters.extend(shown.session.map(session));
         chapters.push(verdict::chapter(shown.verdict));
         View {
-            headline: deviation::headline(shown.form, shown.sampling),
+            headline: match (shown.form, shown.parts) {
+                (None, Some(found)) => parts::headline(found),
+                (form, _) => deviation::headline(form, shown.sampling),
+            },
             chapters: with_content(chapters),
         }
     }

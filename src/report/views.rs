@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::{HistogramFigures, Refusal, Source};
+use crate::{HistogramFigures, PoseFigures, Refusal, Source};
 
 /// Mean deviation over the aperture on a regular grid in the part frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -23,6 +23,15 @@ pub struct Map {
     pub dy_mm: f64,
     /// Row after row, x fastest, nm rounded to 0.1; `None` (null) where no point has landed.
     pub values_nm: Vec<Option<f64>>,
+}
+
+impl Map {
+    /// The map of a part that lies level, in the measured frame: moved to where the middle of its first cell lies there.
+    #[must_use]
+    pub fn placed(self, pose: &PoseFigures) -> Map {
+        let [x0_mm, y0_mm, _] = pose.to_measured([self.x0_mm, self.y0_mm, 0.0]);
+        Map { x0_mm, y0_mm, ..self }
+    }
 }
 
 /// Which maps of the sampling there are.

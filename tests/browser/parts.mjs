@@ -20,6 +20,15 @@ export async function lookAtParts(page, live) {
   check(shown.rows.every((row) => /^[\d\u202f.]+/.test(row[3]) && /^-?[−\d.]+, /.test(row[5])), `cells ${shown.rows[0].join(" | ")}`);
   check(/^8 parts; \d+ islands of \d+ points are no parts\.$/.test(shown.note), `note "${shown.note}"`);
   check(shown.boxes === 8, `${shown.boxes} boxes on the map`);
+  const whole = await page.evaluate(() => ({
+    pv: document.getElementById("pv").innerText,
+    title: document.getElementById("map-title").dataset.title,
+    next: Number(document.getElementById("map").dataset.regions),
+    reasons: document.getElementById("reasons").innerText,
+  }));
+  check(whole.pv === "–" && whole.title.startsWith("Height over"), `a form of the whole: PV ${whole.pv}, map "${whole.title}"`);
+  check(whole.next === 0, `${whole.next} regions to measure next between the parts`);
+  check(/all 8 parts hold the limits of their nominals/.test(whole.reasons), `reasons "${whole.reasons}"`);
   await page.uncheck("#show-parts");
   check((await page.evaluate(partsShown)).boxes === 0, "parts that are not wanted are drawn");
   await page.check("#show-parts");

@@ -62,6 +62,11 @@ fn every_part_is_what_it_is_while_the_scan_goes_on() {
             "{rms_nm} ± {u_nm} nm for {true_nm} nm: {part:#}"
         );
     }
+    // The gaps between them are no form, and nothing is to be measured there.
+    assert!(report["form"].is_null() && report["sampling"]["coverage"].is_null(), "{report:#}");
+    assert!(report["sampling"]["next"].as_array().is_none_or(Vec::is_empty), "{report:#}");
+    let pass = "all 8 parts hold the limits of their nominals";
+    assert_eq!(report["verdict"]["reasons"], serde_json::json!([pass]));
     // What ends on the way is measured on the way: only the last row of parts is there until the end.
     let open = list(found, "parts").iter().filter(|part| part["is_open"] == true).count();
     assert!(open < 8, "{found:#}");

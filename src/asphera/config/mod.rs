@@ -329,6 +329,7 @@ fn read_root(
     let output = output::read(&root.section("output"));
     let (contour, text) = contour::read(&root.section("contour"), folders.station, text);
     let (parts, text) = parts::read(&root.section("parts"), folders.station, &text);
+    let parts = parts.zip(part.as_ref()).map(|(plan, whole)| plan.with_whole(whole));
     let (calibration, text) = calibration::read(
         &root.section("calibration"),
         folders.station,

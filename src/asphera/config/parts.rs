@@ -52,7 +52,7 @@ pub(super) fn read(table: &Section<'_>, folder: &Path, text: &str) -> (Option<Pa
     let plan = (|| {
         let ((axis, is_reversed), tau_mm, strip_mm) = (axis?, tau_mm?, strip_mm?);
         let settings = RunningSettings { axis, is_reversed, tau_mm, strip_mm, keeps_points: true };
-        Some(PartsPlan { settings, min_points, library, within_mm })
+        Some(PartsPlan { settings, min_points, library, within_mm, has_no_whole: false })
     })();
     (plan, text)
 }

@@ -63,6 +63,11 @@ impl Parts {
         })
     }
 
+    /// Whether all points together have no form.
+    pub(super) fn has_no_whole(&self) -> bool {
+        self.plan.has_no_whole
+    }
+
     pub(super) fn take(&mut self, points: &[Point]) {
         let good = points.iter().filter(|point| point.is_good());
         let places: Vec<PointMm> = good.map(|point| point.position_mm).collect();

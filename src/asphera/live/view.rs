@@ -16,6 +16,7 @@ use tracing::{info, warn};
 
 use super::Finished;
 use crate::config::{Config, LinkConfig};
+use crate::parts::{heights_of_parts, sampling_without_whole};
 use crate::snapshot::{empty, take_measurement};
 use crate::station::{Bench, Line};
 use asphera_measure::RunningFigures;
@@ -35,6 +36,8 @@ pub(super) struct Running {
 pub(super) struct View {
     links: Vec<LinkConfig>,
     expected_points: Option<u64>,
+    /// Whether points have a form as a whole: not where they are parts alone.
+    has_whole: bool,
     sender: watch::Sender<Arc<Snapshot>>,
     snapshot: Snapshot,
     points: Meter,
@@ -49,6 +52,7 @@ impl View {
         View {
             links: config.links.clone(),
             expected_points: config.expected_points(),
+            has_whole: !config.parts.as_ref().is_some_and(|plan| plan.has_no_whole),
             sender: watch::Sender::new(Arc::new(snapshot.clone())),
             snapshot,
             points: Meter::default(),
@@ -132,16 +136,11 @@ impl View {
             if let Some(figures) = figures {
                 snapshot.points = figures.points.clone();
                 snapshot.mesh = figures.mesh.clone();
-                snapshot.sampling = figures.sampling.clone();
-                snapshot.form = figures.form.clone();
-                snapshot.map = figures.map.clone();
-                snapshot.maps = figures.maps.as_ref().map(|maps| MapsState {
-                    version: maps.version,
-                    as_of_points: maps.as_of_points,
-                });
-                snapshot.convergence = figures.convergence.clone();
-                snapshot.verdict.outlook = figures.outlook.clone();
                 snapshot.progress.pending_points = figures.pending;
+                match self.has_whole {
+                    true => take_whole(snapshot, &figures),
+                    false => take_parts(snapshot, &figures),
+                }
             }
             snapshot.parts = parts.map(|parts| parts.state());
             snapshot.contour =
@@ -166,6 +165,25 @@ impl View {
         }
         self.sender.send_replace(Arc::new(self.snapshot.clone()));
     }
+}
+
+/// Takes what is said of points that are parts alone.
+fn take_parts(snapshot: &mut Snapshot, figures: &RunningFigures) {
+    snapshot.sampling = sampling_without_whole(&figures.sampling);
+    snapshot.map = heights_of_parts(figures.map.clone(), figures.form.as_ref());
+}
+
+/// Takes what is said of all points together.
+fn take_whole(snapshot: &mut Snapshot, figures: &RunningFigures) {
+    snapshot.sampling = figures.sampling.clone();
+    snapshot.form = figures.form.clone();
+    snapshot.map = figures.map.clone();
+    snapshot.maps = figures
+        .maps
+        .as_ref()
+        .map(|maps| MapsState { version: maps.version, as_of_points: maps.as_of_points });
+    snapshot.convergence = figures.convergence.clone();
+    snapshot.verdict.outlook = figures.outlook.clone();
 }
 
 fn progress(

@@ -303,7 +303,8 @@ fn work(
                 let _ = reply.send(line.pipeline.section(&request));
             }
             Turn::Work(Work::Next(reply)) => {
-                let _ = reply.send(line.pipeline.next().cloned());
+                let whole = !line.parts.as_ref().is_some_and(Parts::has_no_whole);
+                let _ = reply.send(line.pipeline.next().filter(|_| whole).cloned());
             }
             Turn::Work(Work::Assess(reply)) => {
                 pace.catch_up(&mut line, &queue.overflow)?;

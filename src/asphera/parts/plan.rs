@@ -1,11 +1,12 @@
 //! The parts of a session: what a station's configuration asks for, from the points to the verdict.
 
+use asphera_form::Nominal;
 use asphera_geometry::PointMm;
 use asphera_graph::compare::Size;
 use asphera_graph::{Cloud, PlaceId, RunningGraph, RunningPart, RunningSettings};
 use asphera_measure::{Along, Measurement, Part, Pipeline, ask, undecide};
-use asphera_report::Status;
 use asphera_report::parts::{Answer, PartReport, SessionPart, SessionParts};
+use asphera_report::{FeatureFigures, FormFigures, Map, SamplingFigures, Status, Verdict};
 
 use super::{Library, ScenePart, figures_of, form, judged, matched, pieces};
 
@@ -20,6 +21,8 @@ pub struct PartsPlan {
     pub(crate) library: Option<Library>,
     /// The largest difference of a part from an entry that fits, RMS in mm; `None` leaves it to the points.
     pub(crate) within_mm: Option<f64>,
+    /// Whether each part is measured by itself, and all points together have no form: their nominal is a plane without limits.
+    pub(crate) has_no_whole: bool,
 }
 
 /// What became of a part that ended.
@@ -31,7 +34,48 @@ pub(crate) struct Judged {
     pub(crate) crumbs: u64,
 }
 
+/// The sampling of points that are parts alone: gaps and places to measure next would lie between the parts.
+pub(crate) fn sampling_without_whole(sampling: &SamplingFigures) -> SamplingFigures {
+    SamplingFigures {
+        as_of_points: sampling.as_of_points,
+        noise_sigma_nm: sampling.noise_sigma_nm,
+        noise_u_nm: sampling.noise_u_nm,
+        noise_rms_nm: sampling.noise_rms_nm,
+        spacing_median_mm: sampling.spacing_median_mm,
+        unknown: vec![NO_WHOLE.to_owned()],
+        ..SamplingFigures::default()
+    }
+}
+
+/// Why points of parts have no coverage.
+const NO_WHOLE: &str = "coverage and form of the whole: parts lie apart, so each has its own (a limit in [nominal.tolerance] asks for that of the whole)";
+
+/// The heights of all points over a plane, in the frame that parts are placed in.
+pub(crate) fn heights_of_parts(map: Option<Map>, form: Option<&FormFigures>) -> Option<Map> {
+    map.zip(form).map(|(map, form)| map.placed(&form.fit.pose))
+}
+
+/// Takes the form of all points together out of a measurement, and what was decided by it.
+fn leave_out_whole(measurement: &mut Measurement) {
+    let report = &mut measurement.report;
+    let form = report.form.take();
+    measurement.cells = heights_of_parts(measurement.cells.take(), form.as_ref());
+    report.profile = None;
+    report.features = FeatureFigures::default();
+    report.sampling = sampling_without_whole(&report.sampling);
+    report.verdict = Verdict { status: Status::None, ..Verdict::default() };
+    measurement.deviations_nm.fill(f64::NAN);
+    measurement.map = None;
+    measurement.next = None;
+}
+
 impl PartsPlan {
+    /// Says whether the nominal of all points is a design, or a plane that nothing is held against.
+    pub(crate) fn with_whole(self, whole: &Part) -> PartsPlan {
+        let is_stand_in = whole.nominal == Nominal::Plane && !whole.has_limits();
+        PartsPlan { has_no_whole: is_stand_in && self.library.is_some(), ..self }
+    }
+
     /// The graph of a session without points.
     pub(crate) fn graph(&self) -> RunningGraph {
         // The configuration holds what it asks for.
@@ -122,6 +166,9 @@ impl PartsPlan {
     /// Puts the parts into a measurement, and their verdicts into its own. To be done before the session is concluded, which may
     /// take a pass back.
     pub(crate) fn conclude(&self, parts: SessionParts, measurement: &mut Measurement) {
+        if self.has_no_whole {
+            leave_out_whole(measurement);
+        }
         let verdict = &mut measurement.report.verdict;
         if self.library.is_some() {
             if parts.parts.is_empty() {
@@ -149,12 +196,30 @@ impl PartsPlan {
                 ),
             );
         }
+        if verdict.status == Status::Pass {
+            verdict.reasons.extend(all_pass(&parts));
+        }
         measurement.report.parts = Some(parts);
     }
 }
 
+/// What a pass says of the parts, where limits are held against any.
+fn all_pass(parts: &SessionParts) -> Option<String> {
+    let status = |part: &SessionPart| Some(part.part.form.as_ref()?.verdict.status);
+    let held = parts.parts.iter().filter(|part| status(part) == Some(Status::Pass)).count() as u64;
+    let all = parts.parts.len() as u64;
+    match held {
+        0 => None,
+        1 if all == 1 => Some("the part holds the limits of its nominal".to_owned()),
+        _ if held == all => Some(format!("all {all} parts hold the limits of their nominals")),
+        _ => Some(format!(
+            "{held} of {all} parts hold the limits of their nominals; the others have none"
+        )),
+    }
+}
+
 /// Adds what a part is to the verdict of its session.
-fn judge(number: usize, part: &PartReport, verdict: &mut asphera_report::Verdict) {
+fn judge(number: usize, part: &PartReport, verdict: &mut Verdict) {
     let Some(found) = &part.found else { return };
     let Some((name, form)) =
         found.name.as_ref().filter(|_| found.verdict == Answer::Confirmed).zip(part.form.as_ref())
@@ -194,8 +259,6 @@ fn measured(
 
 #[cfg(test)]
 mod tests {
-    use asphera_form::Nominal;
-
     use super::*;
 
     fn plan() -> PartsPlan {
@@ -206,7 +269,8 @@ mod tests {
             strip_mm: 2.0,
             keeps_points: true,
         };
-        PartsPlan { settings, min_points: 20, library: None, within_mm: None }
+        let (library, within_mm) = (None, None);
+        PartsPlan { settings, min_points: 20, library, within_mm, has_no_whole: false }
     }
 
     fn verdict_of(parts: SessionParts) -> (Status, Vec<String>) {
@@ -227,6 +291,44 @@ mod tests {
             assert_eq!(status, Status::Undecided);
             assert!(reasons.iter().any(|reason| reason.contains(why)), "{reasons:?}");
         }
+    }
+
+    #[test]
+    fn parts_alone_have_no_form_together_and_heights_where_they_lie() {
+        let at = |index: u32| {
+            let [x, y] = [f64::from(index % 20), f64::from(index / 20)];
+            [50.0 + x, 20.0 + y, if x < 10.0 { 0.0 } else { 2.0 }]
+        };
+        let mut pipeline = Pipeline::along(Part::new(Nominal::Plane), Along::Z);
+        pipeline.take_positions((0..400).map(at).collect::<Vec<PointMm>>());
+        let mut measurement = pipeline.finish();
+        assert!(measurement.report.form.is_some() && measurement.next.is_some());
+        PartsPlan { has_no_whole: true, ..plan() }.conclude(plan().nothing(), &mut measurement);
+        let report = &measurement.report;
+        assert!(report.form.is_none() && measurement.next.is_none() && measurement.map.is_none());
+        assert_eq!((report.sampling.coverage, report.sampling.next.len()), (None, 0));
+        assert_eq!(report.verdict.status, Status::None);
+        let map = measurement.cells.unwrap();
+        assert!((map.x0_mm - 50.0).abs() < map.dx_mm + 0.5, "{}", map.x0_mm);
+        assert!((map.y0_mm - 20.0).abs() < map.dy_mm + 0.5, "{}", map.y0_mm);
+    }
+
+    #[test]
+    fn a_plane_without_limits_stands_in_for_a_whole_of_parts() {
+        let library = Library::of_texts(
+            std::path::Path::new(""),
+            &[(
+                "a.toml".to_owned(),
+                "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"circle\"\nradius_mm = 5\n"
+                    .to_owned(),
+            )],
+        );
+        let of = |library: Option<Library>, whole: Nominal| {
+            PartsPlan { library, ..plan() }.with_whole(&Part::new(whole)).has_no_whole
+        };
+        let library = library.unwrap_or_else(|_| panic!("no library"));
+        assert!(of(Some(library.clone()), Nominal::Plane) && !of(None, Nominal::Plane));
+        assert!(!of(Some(library), Nominal::Sphere { radius_mm: 9.0 }));
     }
 
     /// Every point of what ended is in a part, in an island or left over.

@@ -1,23 +1,34 @@
 //! Parts of a session in words.
 
-use super::{Chapter, ChapterId, Layout, Table};
+use super::{Chapter, ChapterId, Fact, Layout, Table};
 use crate::Status;
 use crate::parts::{Answer, PartReport, SessionParts};
 use crate::words::{DASH, count, counted, short, with_u};
 
+/// How many parts there are, as it stands in large letters.
+pub(super) fn headline(found: &SessionParts) -> Vec<Fact> {
+    let parts = Fact::new("Parts", count(found.parts.len() as u64));
+    vec![match confirmed(found) {
+        Some(confirmed) => parts.noted(confirmed),
+        None => parts,
+    }]
+}
+
+/// How many parts a library confirms.
+fn confirmed(found: &SessionParts) -> Option<String> {
+    let known = found.parts.iter().filter(|part| answer(&part.part) == Some(Answer::Confirmed));
+    let entries = match found.entries? {
+        1 => "1 entry".to_owned(),
+        entries => format!("{entries} entries"),
+    };
+    Some(format!("{} confirmed by a library of {entries}", known.count()))
+}
+
 pub(super) fn chapter(found: &SessionParts) -> Chapter {
     let mut chapter = Chapter::new(ChapterId::Parts, "Parts");
-    let known = found.parts.iter().filter(|part| answer(&part.part) == Some(Answer::Confirmed));
     let parts = counted(found.parts.len() as u64, "part");
-    chapter.brief.push(match found.entries {
-        Some(entries) => format!(
-            "{parts}, {} confirmed by a library of {}",
-            known.count(),
-            match entries {
-                1 => "1 entry".to_owned(),
-                _ => format!("{entries} entries"),
-            }
-        ),
+    chapter.brief.push(match confirmed(found) {
+        Some(confirmed) => format!("{parts}, {confirmed}"),
         None => parts,
     });
     let mut table = Table::new(&[

@@ -189,11 +189,22 @@ export class PartMap {
     const layer = LAYERS[this.#layer];
     const removed = layer.signed ? this.#view?.removed ?? [] : [];
     const flat = layer.signed && this.#isInSpace ? ", laid flat" : "";
+    // Parts that lie apart have no form together: their heights show where they lie.
+    if (layer.signed && this.#isOfParts) return this.#setTitle("Height over the plane through all parts", layer.small, "");
     const title = removed.length ? `${layer.title} less ${listed(removed)}` : `${layer.title}${flat}`;
+    this.#setTitle(title, layer.small, removed.join(","));
+  }
+
+  #setTitle(title, fine, removed) {
     const heading = byId("map-title");
-    if (heading.dataset.title !== title) heading.replaceChildren(`${title} `, small(layer.small));
+    if (heading.dataset.title !== title) heading.replaceChildren(`${title} `, small(fine));
     heading.dataset.title = title;
-    byId("map-card").dataset.removed = removed.join(",");
+    byId("map-card").dataset.removed = removed;
+  }
+
+  /** Whether the points are parts alone, without a form of the whole. */
+  get #isOfParts() {
+    return Boolean(this.#snapshot?.parts && !this.#snapshot.form);
   }
 
   #show() {
@@ -202,7 +213,7 @@ export class PartMap {
     byId("map-empty").hidden = this.#chart !== null;
     const sampling = this.#layer !== "deviation";
     const measured = this.#snapshot?.points.received > 0;
-    setText(byId("map-empty"), sampling && measured ? "The mesh was not looked at yet." : "No point has landed yet.");
+    setText(byId("map-empty"), sampling && this.#isOfParts ? "Parts lie apart: each has its own sampling." : sampling && measured ? "The mesh was not looked at yet." : "No point has landed yet.");
     this.#sayLimit(sampling);
     this.draw();
     this.#tell();
