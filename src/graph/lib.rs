@@ -39,6 +39,7 @@ mod grown;
 mod level_sets;
 pub mod library;
 mod links;
+mod loop_places;
 mod loops;
 mod nearest;
 mod parts;
@@ -47,6 +48,7 @@ mod running;
 mod saddles;
 mod segments;
 mod slab;
+mod stability;
 mod strips;
 mod thinned;
 mod tree;
@@ -54,7 +56,7 @@ mod within;
 
 pub use auto::{auto_strips, auto_tau_mm};
 pub use cloud::{Cloud, CloudError, MOST_NEIGHBOURS, MOST_POINTS, PlaceId, RANGE_MM};
-pub use extract::{Choices, ExtractError, Extraction, Pieces, Stability, StripChoice, extract};
+pub use extract::{Choices, ExtractError, Extraction, Pieces, StripChoice, extract};
 pub use graph::{Arc, GraphError, Node, NodeId, PointGraph, tau_components};
 pub use grown::{Growth, grown_graph};
 pub use loops::Loop;
@@ -66,6 +68,7 @@ pub use running::{
     RunningPart, RunningSettings,
 };
 pub use segments::Segment;
+pub use stability::{MostLoops, Stability};
 pub use strips::{MOST_STRIPS, Strips, StripsError};
 pub use within::Within;
 

@@ -91,44 +91,48 @@ fn loops() {
         clouds.push((body.name.clone(), body.genus, body.sample(POINTS, &mut random)));
     }
     println!(
-        "  loops = genus of {POINTS} random points, {DIRECTIONS} directions, defaults; of those stable"
+        "  loops = genus of {POINTS} random points, {DIRECTIONS} directions, defaults; of those stable; the most loops = genus; of those stable"
     );
-    let mut sum = [0, 0];
+    let mut sum = [0; 4];
     for (name, genus, points) in &clouds {
         let cloud = Cloud::new(points).unwrap();
         let mut directions = Random::new(7);
-        let (mut right, mut stable) = (0, 0);
+        // Right by the height itself, and stable; right by the most loops, and stable.
+        let mut right = [0; 4];
         let mut wrong = Vec::new();
         for at in 0..DIRECTIONS {
             let field = height(&cloud, directions.direction()).unwrap();
             let choices = Choices::default();
             let found = extract(&cloud, &field, &choices).unwrap();
-            if found.loops.len() != *genus {
-                let [loops, minor] = [found.loops.len(), found.minor_loops.len()];
-                wrong.push(format!("{at}: {loops}, minor {minor}"));
-            }
-            if found.loops.len() == *genus {
-                right += 1;
-                let stability = found.stability(&cloud, &field, &choices).unwrap();
-                stable += usize::from(stability.is_stable);
-                if !stability.is_stable {
-                    wrong.push(format!("{at}: not stable, {:?}", stability.trials));
-                }
+            let stability = found.stability(&cloud, &field, &choices).unwrap();
+            let most = &stability.most;
+            let [own, of_all] = [found.loops.len(), most.loops].map(|loops| loops == *genus);
+            let is_right = [own, own && stability.is_stable, of_all, of_all && most.is_stable];
+            right.iter_mut().zip(is_right).for_each(|(sum, one)| *sum += usize::from(one));
+            if !is_right.iter().all(|one| *one) {
+                wrong.push(format!(
+                    "{at}: {} loops, {} minor, {:?}, most {most:?}",
+                    found.loops.len(),
+                    found.minor_loops.len(),
+                    stability.trials
+                ));
             }
         }
-        println!("    {name}, genus {genus}: {right}, {stable}; wrong {wrong:?}");
-        sum = [sum[0] + right, sum[1] + stable];
+        println!("    {name}, genus {genus}: {right:?}; wrong {wrong:#?}");
+        sum.iter_mut().zip(right).for_each(|(sum, one)| *sum += one);
     }
-    println!("    of {} in all: {}, {}", DIRECTIONS * clouds.len(), sum[0], sum[1]);
+    println!("    of {} in all: {sum:?}", DIRECTIONS * clouds.len());
 }
 
-/// Loops by height in the first directions of [`loops`].
-fn counts(points: &[Place]) -> Vec<usize> {
+/// Loops by height in the first directions of [`loops`], and the most loops there.
+fn counts(points: &[Place]) -> Vec<[usize; 2]> {
     let cloud = Cloud::new(points).unwrap();
     let mut directions = Random::new(7);
     let count = |_| {
         let field = height(&cloud, directions.direction()).unwrap();
-        extract(&cloud, &field, &Choices::default()).unwrap().loops.len()
+        let choices = Choices::default();
+        let found = extract(&cloud, &field, &choices).unwrap();
+        [found.loops.len(), found.stability(&cloud, &field, &choices).unwrap().most.loops]
     };
     (0..FEWER).map(count).collect()
 }
@@ -136,31 +140,39 @@ fn counts(points: &[Place]) -> Vec<usize> {
 /// Loops of clouds with noise, uneven density and gaps, against those of the same body without.
 fn disturbed() {
     println!("  loops unchanged in {FEWER} directions, {POINTS} points");
-    let mut sums: Vec<(String, [usize; 3])> = Vec::new();
+    // Unchanged and as many as the genus, of the height itself and of the most loops.
+    let mut sums: Vec<(String, [[usize; 2]; 2])> = Vec::new();
     // Each with the radius of its smallest hole.
     let rows = [1, 2, 5, 9].map(|genus| (Body::row(genus), 0.6));
     let plates = [2.0, 1.0, 0.5].map(|thickness| (Body::plate(thickness), 0.8));
+    let mut all = 0;
     for (body, radius) in rows.into_iter().chain(plates) {
         let points = body.sample(POINTS, &mut Random::new(1));
         let expected = counts(&points);
+        all += FEWER;
         for (name, points) in disturbances(&body, radius, &points) {
             let found = counts(&points);
-            let same = found.iter().zip(&expected).filter(|(a, b)| a == b).count();
-            let right = found.iter().filter(|loops| **loops == body.genus).count();
-            println!("    {}, {name}: {same}; the genus {right}", body.name);
-            if same < FEWER {
+            let right: [[usize; 2]; 2] = std::array::from_fn(|most| {
+                let pairs = found.iter().zip(&expected);
+                let same = pairs.filter(|(a, b)| a[most] == b[most]).count();
+                [same, found.iter().filter(|loops| loops[most] == body.genus).count()]
+            });
+            println!("    {}, {name}: unchanged and the genus {right:?}", body.name);
+            if right.iter().any(|[same, _]| *same < FEWER) {
                 println!("        {found:?} of {expected:?}");
             }
-            match sums.iter_mut().find(|(known, ..)| *known == name) {
-                Some((_, sum)) => {
-                    *sum = [sum[0] + same, sum[1] + right, sum[2] + FEWER];
-                }
-                None => sums.push((name, [same, right, FEWER])),
+            if !sums.iter().any(|(known, _)| *known == name) {
+                sums.push((name.clone(), [[0; 2]; 2]));
+            }
+            for (_, sum) in sums.iter_mut().filter(|(known, _)| *known == name) {
+                let right = right.as_flattened();
+                sum.as_flattened_mut().iter_mut().zip(right).for_each(|(sum, one)| *sum += one);
             }
         }
     }
-    for (name, [same, right, all]) in &sums {
-        println!("    {name}: {same} of {all}; the genus {right}");
+    println!("    of {all}: unchanged and the genus, by the height and by the most loops");
+    for (name, sum) in &sums {
+        println!("    {name}: {sum:?}");
     }
 }
 

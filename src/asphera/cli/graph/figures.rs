@@ -32,6 +32,8 @@ pub(in crate::cli) struct GraphReport {
     pub(super) loops: usize,
     /// Whether as many loops are found with τ times 0.8 and 1.25, and with 0.7 and 1.4 times as many strips.
     pub(super) loops_stable: bool,
+    /// The most loops along this function and heights near the principal axes; of a closed body the number of its handles.
+    pub(super) most_loops: MostLoopsFigures,
     pub(super) loop_ranges: Vec<LoopFigures>,
     /// Loops too small to count.
     pub(super) minor_loops: Vec<LoopFigures>,
@@ -52,6 +54,15 @@ pub(super) struct FunctionFigures {
     range: [f64; 2],
     /// Another function would do as well, as where the cloud has no longest axis.
     multiple: bool,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct MostLoopsFigures {
+    loops: usize,
+    stable: bool,
+    /// The direction of the height that has more than the function; of length 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    along: Option<[f64; 3]>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -160,6 +171,11 @@ pub(super) fn of(
         components: found.graph.components().1,
         loops: found.loops.len(),
         loops_stable: stability.is_stable,
+        most_loops: MostLoopsFigures {
+            loops: stability.most.loops,
+            stable: stability.most.is_stable,
+            along: stability.most.along,
+        },
         loop_ranges: found.loops.iter().map(loop_figures).collect(),
         minor_loops: found.minor_loops.iter().map(loop_figures).collect(),
         loops_thinned_mm: found.thinned_mm(),
@@ -226,11 +242,23 @@ impl GraphReport {
             ]
             .join(", "),
         );
-        let holds = match self.loops_stable {
+        let holds = |is_stable| match is_stable {
             true => "also with other tau and strips",
             false => "not with every other tau and strips",
         };
-        line("loops", format!("{}, {holds}; {} minor", self.loops, self.minor_loops.len()));
+        let minor = self.minor_loops.len();
+        line("loops", format!("{}, {}; {minor} minor", self.loops, holds(self.loops_stable)));
+        if let MostLoopsFigures { loops, stable, along: Some(along) } = &self.most_loops {
+            let [x, y, z] = along.map(short);
+            line(
+                "",
+                format!(
+                    "{loops} along height:{x},{y},{z}, {}: a closed body has as many along every height, \
+                     some open too briefly to count",
+                    holds(*stable)
+                ),
+            );
+        }
         if let Some(radius_mm) = self.loops_thinned_mm {
             let discs = short(radius_mm);
             line(

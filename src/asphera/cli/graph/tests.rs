@@ -50,6 +50,7 @@ fn two_rings_have_a_loop_each_and_a_stray_point_is_an_island() {
         (Some(1), Some(1))
     );
     assert_eq!(found["loops_stable"], true);
+    assert_eq!(found["most_loops"], serde_json::json!({ "loops": 2, "stable": true }));
     assert_eq!(
         found["node_list"].as_array().unwrap().len() as u64,
         found["nodes"].as_u64().unwrap()
@@ -60,6 +61,16 @@ fn two_rings_have_a_loop_each_and_a_stray_point_is_an_island() {
         let expected = if name == "graph.ply" { found["nodes"].as_u64().unwrap() } else { 2001 };
         assert_eq!(count, expected);
     }
+}
+
+#[test]
+fn loops_that_lie_in_one_height_are_told_of_another() {
+    let folder = done(&["graph", "--function", "height:z", "--json"]).unwrap();
+    let found = json(&folder, "graph.json");
+    let most = &found["most_loops"];
+    assert_eq!((&found["loops"], &most["loops"]), (&0.into(), &2.into()));
+    assert_eq!(most["stable"], true);
+    assert!(most["along"][2].as_f64().unwrap().abs() < 0.2, "{most}");
 }
 
 #[test]

@@ -20,6 +20,7 @@ fn loops_are_the_genus_and_hold_where_tau_and_strips_change() {
             assert_eq!(found.graph.components().1, 1);
             let stability = found.stability(&cloud, &field, &choices).unwrap();
             assert_eq!(stability.trials.len(), 4);
+            assert_eq!((stability.most.loops, stability.most.along), (body.genus, None));
             if body.genus < 9 {
                 assert!(stability.is_stable, "{} {stability:?}", body.name);
             }
@@ -107,10 +108,17 @@ fn a_tilted_bore_counts_where_its_loop_is_open_over_two_tau() {
     for (tilt, is_open) in [(0.0_f64, true), (0.37, true), (0.559, false), (0.8, true)] {
         let direction = [tilt.sin() * 0.8, tilt.sin() * 0.6, tilt.cos()];
         let field = functions::height(&cloud, direction).unwrap();
-        let found = extract(&cloud, &field, &Choices::default()).unwrap();
+        let choices = Choices::default();
+        let found = extract(&cloud, &field, &choices).unwrap();
         let open = (tilt.cos() - 1.6 * tilt.sin()).abs();
         assert_eq!(open > 2.0 * found.tau_mm, is_open, "{open} {}", found.tau_mm);
         assert_eq!(found.loops.len(), if is_open { 9 } else { 0 }, "{tilt} {open}");
+        // Along the bores they are open over the whole thickness.
+        let most = found.stability(&cloud, &field, &choices).unwrap().most;
+        assert_eq!((most.loops, most.is_stable), (9, true), "{tilt}");
+        let along = most.along.map(|along| along[2].abs());
+        assert_eq!(along.is_none(), is_open);
+        assert!(along.is_none_or(|z| z > 0.98 && z < 1.0), "{along:?}");
         for one in &found.loops {
             // Branches that are nearer than links reach count as one.
             let off = (open - one.extent()) / found.tau_mm;
@@ -162,12 +170,14 @@ fn gaps_are_minor_whether_one_or_two_on_a_level_and_holes_count() {
     let tau_mm = asphera_graph::auto_tau_mm(&whole).unwrap();
     let count = |discs: &[(f64, f64)]| {
         let cloud = pierced(discs, tau_mm);
-        let found = extract(
-            &cloud,
-            &functions::height(&cloud, [0.0, 0.0, 1.0]).unwrap(),
-            &Choices::default(),
-        );
-        let found = found.unwrap();
+        let field = functions::height(&cloud, [0.0, 0.0, 1.0]).unwrap();
+        let choices = Choices::default();
+        let found = extract(&cloud, &field, &choices).unwrap();
+        if discs.iter().all(|(_, radius)| *radius < 1.0) {
+            let most = found.stability(&cloud, &field, &choices).unwrap().most;
+            // The axis of the tube lies in levels across it: its two rims make a loop there.
+            assert!(most.loops <= 1, "{most:?}");
+        }
         // Random points leave gaps of their own.
         (found.loops.len(), !found.minor_loops.is_empty())
     };
