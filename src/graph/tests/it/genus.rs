@@ -113,12 +113,10 @@ fn a_tilted_bore_counts_where_its_loop_is_open_over_two_tau() {
         let open = (tilt.cos() - 1.6 * tilt.sin()).abs();
         assert_eq!(open > 2.0 * found.tau_mm, is_open, "{open} {}", found.tau_mm);
         assert_eq!(found.loops.len(), if is_open { 9 } else { 0 }, "{tilt} {open}");
-        // Along the bores they are open over the whole thickness.
+        // Along other heights they are open over more.
         let most = found.stability(&cloud, &field, &choices).unwrap().most;
         assert_eq!((most.loops, most.is_stable), (9, true), "{tilt}");
-        let along = most.along.map(|along| along[2].abs());
-        assert_eq!(along.is_none(), is_open);
-        assert!(along.is_none_or(|z| z > 0.98 && z < 1.0), "{along:?}");
+        assert_eq!(most.along.is_none(), is_open, "{most:?}");
         for one in &found.loops {
             // Branches that are nearer than links reach count as one.
             let off = (open - one.extent()) / found.tau_mm;
