@@ -115,7 +115,8 @@ fn outlines_that_cross_often_have_their_area() {
         .map(|tip| f64::from(tip) * 90.0 * std::f64::consts::TAU / 401.0)
         .map(|angle| [angle.cos(), angle.sin()])
         .collect();
-    assert_eq!(intersection_over_union(&[star.clone()], &[star]), Ok(1.0));
+    let stars = [star];
+    assert_eq!(intersection_over_union(&stars, &stars), Ok(1.0));
     let scattered = crate::places::scattered(2_000, 3);
     let square = square(0.0, 0.0, 1.0);
     assert_eq!(intersection_over_union(&[square], &[scattered]), Err(IouError::NoOrder { of: 1 }));
