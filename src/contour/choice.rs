@@ -1,7 +1,7 @@
 //! Choice of a method by the points: border or area, outliers, noise.
 
 use crate::curves::{connect2d, hnn_crust, lee, lee_reach_mm, stretch_denoise, voronoi_labelling};
-use crate::graphs::spanning;
+use crate::graphs::spanning_by_length;
 use crate::triangulation::{circumcentre_mm, distance_mm};
 use crate::{Chain, CurveSampling, Graph, Method, PlaceMm, SampleId, Samples, Triangulation};
 
@@ -221,9 +221,7 @@ impl Choice {
 
 /// Share of the samples off the hull whose triangles all have small circles.
 fn inner_share(triangulation: &Triangulation) -> f64 {
-    let in_tree = spanning(triangulation);
-    let tree = triangulation.by_length().iter().copied().filter(|&edge| in_tree[edge as usize]);
-    let tree: Vec<u32> = tree.collect();
+    let tree = spanning_by_length(triangulation);
     let Some(&median) = tree.get(tree.len() / 2) else { return 0.0 };
     let most_mm = WIDEST * triangulation.length_mm(median);
     let mut is_inner = vec![!triangulation.triangles().is_empty(); triangulation.len()];

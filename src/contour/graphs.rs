@@ -23,5 +23,5 @@ pub fn delaunay(triangulation: &Triangulation) -> Graph {
     Graph::of_edges(triangulation, |_| true)
 }
 
-pub(crate) use emst::{Sets, spanning};
+pub(crate) use emst::{Sets, longest_spanning, spanning, spanning_by_length};
 pub(crate) use gabriel::is_gabriel;

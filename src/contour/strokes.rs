@@ -14,7 +14,7 @@ use self::axis::lines_of;
 pub use self::fit::beziers_of;
 use self::groups::{Groups, is_fat};
 pub use self::hints::{Hint, HintError, hints_of};
-use crate::graphs::spanning;
+use crate::graphs::spanning_by_length;
 use crate::triangulation::EdgeId;
 use crate::{PlaceMm, Region, SampleId, Triangulation};
 
@@ -94,9 +94,7 @@ pub fn colour_by_numbers(
 
 /// The widest gap that is closed where none is given: three times the edge of the spanning tree that nine of ten do not exceed. None without edges.
 pub fn closing_gap_mm(triangulation: &Triangulation) -> Option<f64> {
-    let in_tree = spanning(triangulation);
-    let tree: Vec<EdgeId> =
-        triangulation.by_length().iter().copied().filter(|&edge| in_tree[edge as usize]).collect();
+    let tree = spanning_by_length(triangulation);
     tree.get(tree.len() * 9 / 10).map(|&edge| 3.0 * triangulation.length_mm(edge))
 }
 

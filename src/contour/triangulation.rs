@@ -5,6 +5,7 @@ mod fan;
 mod lengths;
 mod nearby;
 
+use std::cmp::Ordering;
 use std::sync::OnceLock;
 
 use asphera_geometry::predicates::compare_distances;
@@ -177,6 +178,12 @@ impl Triangulation {
     #[inline]
     pub fn length_class(&self, edge: EdgeId) -> u32 {
         self.lengths().classes()[edge as usize]
+    }
+
+    /// The order of the lengths of two edges, decided exactly. Of few edges it is sooner known than [`Triangulation::length_class`].
+    pub(crate) fn compare_lengths(&self, a: EdgeId, b: EdgeId) -> Ordering {
+        let ([p, q], [r, s]) = (self.ends_mm(a), self.ends_mm(b));
+        compare_distances(p, q, r, s)
     }
 
     /// The way to the nearest other sample, of equally near ones to that of the smallest number; none from a sample alone.

@@ -2,8 +2,8 @@
 
 use asphera_geometry::predicates::{compare_circumradius, compare_distances, scalar_product};
 
-use crate::graphs::spanning;
-use crate::triangulation::EdgeId;
+use crate::graphs::longest_spanning;
+use crate::triangulation::{EdgeId, TriangleId};
 use crate::{Graph, SampleId, Triangulation};
 
 /// The edges that discs roll over, each through its ends and with no sample within.
@@ -22,22 +22,27 @@ use crate::{Graph, SampleId, Triangulation};
 /// If a radius is not above 0 or not finite.
 pub fn ball_pivoting(triangulation: &Triangulation, radii_mm: &[f64]) -> Graph {
     let mut rolled = Rolled { triangulation, others: vec![[None; 2]; triangulation.len()] };
+    let mut ball = Ball::new(triangulation);
+    let mut open: Vec<EdgeId> = (0..triangulation.edges().len() as EdgeId).collect();
     for &radius_mm in radii_mm {
         assert!(
             radius_mm.is_finite() && radius_mm > 0.0,
             "expected a finite radius above 0, found {radius_mm}"
         );
-        let ball = Ball::new(triangulation, radius_mm);
-        for &edge in triangulation.by_length() {
+        // A disc comes over no edge between two samples that have two: after the first radius few are left.
+        open.retain(|&edge| triangulation.ends(edge).iter().any(|&end| rolled.degree(end) < 2));
+        ball.grow(triangulation, radius_mm, &open);
+        let rests = open.iter().copied().filter(|&edge| ball.touches[edge as usize] != [false; 2]);
+        let by_length = triangulation.sorted_by_length(&rests.collect::<Vec<EdgeId>>());
+        for &edge in &by_length {
             let [p, q] = triangulation.ends(edge);
             if rolled.joins(p, q) {
                 rolled.roll_on(&ball, edge);
             }
         }
-        for &edge in triangulation.by_length() {
+        for &edge in &by_length {
             let [p, q] = triangulation.ends(edge);
-            let is_free = rolled.degree(p) == 0 && rolled.degree(q) == 0;
-            if is_free && ball.touches[edge as usize] != [false; 2] {
+            if rolled.degree(p) == 0 && rolled.degree(q) == 0 {
                 rolled.join(p, q);
                 rolled.roll_on(&ball, edge);
             }
@@ -51,15 +56,13 @@ pub fn ball_pivoting(triangulation: &Triangulation, radii_mm: &[f64]) -> Graph {
 /// doubled up to four times, no more often than until it exceeds the longest edge of the spanning tree; none of fewer than two samples.
 pub fn pivoting_radii_mm(triangulation: &Triangulation) -> Vec<f64> {
     let nearest = (0..triangulation.len() as SampleId).filter_map(|at| triangulation.nearest(at));
-    let mut classes: Vec<(u32, EdgeId)> =
-        nearest.map(|spoke| (triangulation.length_class(spoke.edge), spoke.edge)).collect();
-    classes.sort_unstable();
-    let Some(&(_, median)) = classes.get(classes.len() / 2) else { return Vec::new() };
+    let mut edges: Vec<EdgeId> = nearest.map(|spoke| spoke.edge).collect();
+    edges.sort_unstable();
+    let by_length = triangulation.sorted_by_length(&edges);
+    let Some(&median) = by_length.get(by_length.len() / 2) else { return Vec::new() };
     let first_mm = triangulation.length_mm(median);
-    let in_tree = spanning(triangulation);
-    let mut by_length = triangulation.by_length().iter().rev();
-    let longest = by_length.find(|&&edge| in_tree[edge as usize]);
-    let longest_mm = longest.map_or(first_mm, |&edge| triangulation.length_mm(edge));
+    let longest = longest_spanning(triangulation);
+    let longest_mm = longest.map_or(first_mm, |edge| triangulation.length_mm(edge));
     let mut radii = vec![first_mm];
     for doubling in 1..=DOUBLINGS {
         if radii.last().is_some_and(|&last_mm| last_mm <= longest_mm) {
@@ -76,43 +79,35 @@ struct Ball {
 }
 
 impl Ball {
-    fn new(triangulation: &Triangulation, radius_mm: f64) -> Ball {
-        let is_wide: Vec<bool> = triangulation
-            .triangles()
-            .iter()
-            .map(|corners| {
-                let places = corners.map(|corner| triangulation.place(corner));
-                compare_circumradius(places, radius_mm).is_gt()
-            })
-            .collect();
-        let touches = (0..).zip(triangulation.edges()).map(|(id, edge)| {
-            let (ends, triangles) = (edge.ends, edge.triangles());
-            let [p, q] = ends.map(|end| triangulation.place(end));
+    fn new(triangulation: &Triangulation) -> Ball {
+        Ball { touches: vec![[false; 2]; triangulation.edges().len()] }
+    }
+
+    /// Takes a radius. Only of these edges is known where it rests then.
+    fn grow(&mut self, triangulation: &Triangulation, radius_mm: f64, edges: &[EdgeId]) {
+        let is_wide = |triangle: TriangleId| {
+            let corners = triangulation.triangles()[triangle as usize];
+            let places = corners.map(|corner| triangulation.place(corner));
+            compare_circumradius(places, radius_mm).is_gt()
+        };
+        for &id in edges {
+            let [p, q] = triangulation.ends_mm(id);
             if compare_distances(p, q, [2.0 * radius_mm, 0.0], [0.0; 2]).is_gt() {
-                return [false; 2];
+                self.touches[id as usize] = [false; 2];
+                continue;
             }
+            let triangles = triangulation.edges()[id as usize].triangles();
             let apexes = triangulation.opposite(id);
+            let beside = [0, 1].map(|side| {
+                let apex = triangulation.place(apexes[side]?);
+                Some((is_wide(triangles[side]?), scalar_product(apex, p, q)))
+            });
             // The centre lies no farther out than that of the triangle on its side, and no nearer than that of the other.
-            let rests = |side: usize| {
-                let is_below = match (triangles[side], apexes[side]) {
-                    (Some(triangle), Some(apex)) => {
-                        is_wide[triangle as usize]
-                            && scalar_product(triangulation.place(apex), p, q).is_gt()
-                    }
-                    _ => true,
-                };
-                let is_above = match (triangles[1 - side], apexes[1 - side]) {
-                    (Some(triangle), Some(apex)) => {
-                        !is_wide[triangle as usize]
-                            || !scalar_product(triangulation.place(apex), p, q).is_lt()
-                    }
-                    _ => true,
-                };
-                is_below && is_above
-            };
-            [rests(0), rests(1)]
-        });
-        Ball { touches: touches.collect() }
+            let is_below = beside.map(|it| it.is_none_or(|(is_wide, way)| is_wide && way.is_gt()));
+            let is_above =
+                beside.map(|it| it.is_none_or(|(is_wide, way)| !is_wide || !way.is_lt()));
+            self.touches[id as usize] = [is_below[0] && is_above[1], is_below[1] && is_above[0]];
+        }
     }
 }
 
@@ -157,15 +152,14 @@ impl Rolled<'_> {
         let mut heads = [Head { at: q, edge, side }, Head { at: p, edge, side: 1 - side }];
         loop {
             let steps = heads.map(|head| self.step(ball, head));
-            let rank = |step: &Option<Head>| {
-                step.map(|head| (self.triangulation.length_class(head.edge), head.edge))
-            };
-            let [first, second] = steps.each_ref().map(rank);
-            let chosen = match (first, second) {
-                (None, None) => return,
-                (Some(_), None) => 0,
-                (None, Some(_)) => 1,
-                (Some(first), Some(second)) => usize::from(second < first),
+            let chosen = match steps.map(|step| step.map(|head| head.edge)) {
+                [None, None] => return,
+                [Some(_), None] => 0,
+                [None, Some(_)] => 1,
+                [Some(first), Some(second)] => {
+                    let order = self.triangulation.compare_lengths(second, first);
+                    usize::from(order.then(second.cmp(&first)).is_lt())
+                }
             };
             if let Some(head) = steps[chosen] {
                 self.join(heads[chosen].at, head.at);

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::hnn_crust;
-use crate::graphs::spanning;
+use crate::graphs::{spanning, spanning_by_length};
 use crate::triangulation::distance_mm;
 use crate::{Graph, PlaceMm, SampleId, Samples, Triangulation};
 
@@ -62,10 +62,7 @@ pub fn lee(triangulation: &Triangulation, reach_mm: f64) -> MovedCurve {
 /// which the median of their smaller over their larger spread is at most 0.15. None of fewer than eight samples.
 pub fn lee_reach_mm(triangulation: &Triangulation) -> Option<f64> {
     let count = triangulation.len();
-    let lengths = triangulation.by_length();
-    let in_tree = spanning(triangulation);
-    let tree_edges: Vec<u32> =
-        lengths.iter().copied().filter(|&edge| in_tree[edge as usize]).collect();
+    let tree_edges = spanning_by_length(triangulation);
     let median_mm = triangulation.length_mm(*tree_edges.get(tree_edges.len() / 2)?);
     if count < LEAST || median_mm == 0.0 {
         return None;

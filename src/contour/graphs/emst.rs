@@ -50,6 +50,22 @@ pub(crate) fn spanning(triangulation: &Triangulation) -> Vec<bool> {
     in_tree
 }
 
+/// The edges of the tree, shortest first, equal ones by their numbers.
+pub(crate) fn spanning_by_length(triangulation: &Triangulation) -> Vec<EdgeId> {
+    let tree: Vec<EdgeId> = numbers(&spanning(triangulation)).collect();
+    triangulation.sorted_by_length(&tree)
+}
+
+/// The longest edge of the tree, of equal ones that with the largest number; none without edges.
+pub(crate) fn longest_spanning(triangulation: &Triangulation) -> Option<EdgeId> {
+    let in_tree = spanning(triangulation);
+    numbers(&in_tree).max_by(|&a, &b| triangulation.compare_lengths(a, b))
+}
+
+fn numbers(in_tree: &[bool]) -> impl Iterator<Item = EdgeId> + '_ {
+    (0..).zip(in_tree).filter(|(_, is_in)| **is_in).map(|(edge, _)| edge)
+}
+
 /// Edges that are taken together.
 const RUN: usize = 64;
 

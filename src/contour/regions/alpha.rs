@@ -5,7 +5,7 @@ use asphera_geometry::predicates::{compare_circumradius, compare_distances};
 use rayon::prelude::*;
 
 use super::radius_mm;
-use crate::graphs::{is_gabriel, spanning};
+use crate::graphs::{is_gabriel, longest_spanning};
 use crate::inside::Inside;
 use crate::triangulation::TriangleId;
 use crate::{Graph, Region, Triangulation};
@@ -123,10 +123,7 @@ fn covering(triangulation: &Triangulation, sizes: &[f64]) -> Option<f64> {
 /// Half the longest edge of the spanning tree in mm: the smallest α for which the edges of the α-shape, those within it among
 /// them, join all samples; none of fewer than two samples.
 pub fn joining_alpha_mm(triangulation: &Triangulation) -> Option<f64> {
-    let in_tree = spanning(triangulation);
-    let by_length = triangulation.by_length().iter().rev();
-    let longest = by_length.copied().find(|&edge| in_tree[edge as usize])?;
-    Some(0.5 * triangulation.length_mm(longest) * SLACK)
+    Some(0.5 * triangulation.length_mm(longest_spanning(triangulation)?) * SLACK)
 }
 
 /// Whether each triangle has a radius of at most α.

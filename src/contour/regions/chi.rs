@@ -1,7 +1,7 @@
 //! The χ-shape.
 
 use super::peeling::{Peeling, Verdict};
-use crate::graphs::spanning;
+use crate::graphs::longest_spanning;
 use crate::{Region, SampleId, Triangulation};
 
 /// The χ-shape: from the convex hull the longest side of the border goes, again and again, as long as it is longer than l.
@@ -41,9 +41,7 @@ pub fn chi_length_mm(triangulation: &Triangulation, lambda: f64) -> Option<f64> 
 /// The first is the least gap that must be bridged, the second the longest side that a border through all samples must have.
 /// The rule is that of the authors of [`chi_shape`]; how the second length is meant is our choice.
 pub fn chi_default_mm(triangulation: &Triangulation) -> Option<f64> {
-    let in_tree = spanning(triangulation);
-    let by_length = triangulation.by_length().iter().rev();
-    let longest = by_length.copied().find(|&edge| in_tree[edge as usize])?;
+    let longest = longest_spanning(triangulation)?;
     let second_mm = |sample: SampleId| {
         let spokes = triangulation.spokes(sample).iter();
         let mut edges: Vec<_> = spokes.map(|spoke| spoke.edge).collect();
