@@ -220,13 +220,16 @@ function judge(final) {
   check(final.colours >= 4, `map of ${final.colours} colours`);
   check(Math.abs(final.aspect - 1) < 0.02, `a mm along x is ${final.aspect} times one along y`);
   for (const [index, name] of ["PV", "RMS"].entries()) {
-    check(final.columns[index] >= LINE_COLUMNS_MIN, `${name} line spans ${final.columns[index]} pixel columns`);
+    const columns = final.columns[index];
+    // Parts that lie apart have no form together.
+    check(call.parts ? columns === 0 : columns >= LINE_COLUMNS_MIN, `${name} line spans ${columns} pixel columns`);
   }
   for (const text of ["+ above nominal", "− below nominal", "no data", "max of the points", "min of the points"]) {
     check(final.legend.includes(text), `legend without "${text}"`);
   }
   check(final.mapTitle.includes("nm"), "map without its unit");
-  check(/[+−][\d.\u202f]+ nm at \(/.test(final.legend), "extremes without value, unit and place");
+  const extremes = /[+−][\d.\u202f]+ nm at \(/.test(final.legend);
+  check(extremes !== Boolean(call.parts), call.parts ? "extremes of a form of the whole" : "extremes without value, unit and place");
   for (const head of ["State", "Rate", "Errors", "Lost", "Reconnects", "Age", "Last error"]) {
     check(final.linkHeads.some((text) => text.startsWith(head)), `links table without "${head}"`);
   }
@@ -246,7 +249,7 @@ function judge(final) {
   const unlimited = call.contour ? ["NO LIMITS"] : [];
   const words = call.until === "complete" ? ["PASS", "FAIL", "UNDECIDED"] : ["MEASURING", "FINISHING", "PASS", "FAIL", "UNDECIDED"];
   check([...words, ...unlimited].includes(final.verdict), `verdict "${final.verdict}"`);
-  for (const key of ["pv", "rms"]) check(/^[\d.\u202f]+$/.test(final[key]), `${key} "${final[key]}"`);
+  for (const key of ["pv", "rms"]) check((call.parts ? /^–$/ : /^[\d.\u202f]+$/).test(final[key]), `${key} "${final[key]}"`);
   check(final.overflow <= 0, `the page is ${final.overflow} pixels wider than the window`);
   check(final.unlabelled.length === 0, `controls without a name: ${final.unlabelled.join(", ")}`);
 }
