@@ -41,9 +41,9 @@ impl CoreParameters {
 ///
 /// Nodes by falling height, each at the middle of the share of area it stands for, give the material ratio
 /// curve, linear between them. Of the secants over 40 % that begin or end at a node the flattest is taken, of
-/// equal ones the first. The equivalent line is that of least squares, in height, of the nodes inside,
-/// weighted by area: on a grid, of samples at equal steps of the material ratio. Material ratios and areas
-/// beyond the line are sums over whole nodes. `O(n log n)`.
+/// equal ones the first; equal is what rounding of heights may part. The equivalent line is that of least squares,
+/// in height, of the nodes inside, weighted by area: on a grid, of samples at equal steps of the material ratio.
+/// Material ratios and areas beyond the line are sums over whole nodes. `O(n log n)`.
 ///
 /// Unknown with fewer than 5 nodes, or if one alone stands for so much that no 40 % hold two.
 pub fn core_parameters(surface: Surface<'_>) -> Result<CoreParameters, Unknown> {
@@ -108,25 +108,24 @@ impl Curve {
     /// Where the flattest secant begins; `None` if none lies within the nodes.
     fn flattest(&self) -> Option<f64> {
         let (first, last) = (self.ratios[0], self.ratios[self.ratios.len() - 1]);
-        let mut best: Option<(f64, f64)> = None;
-        let mut offer = |fall: f64, from: f64| {
-            if best.is_none_or(|(least, at)| fall < least || fall == least && from < at) {
-                best = Some((fall, from));
-            }
-        };
+        let mut secants: Vec<(f64, f64)> = Vec::new();
         let mut cursor = 0;
         for (&ratio, &height) in self.ratios.iter().zip(&self.heights_nm) {
             if ratio + WINDOW <= last {
-                offer(height - self.height(ratio + WINDOW, &mut cursor), ratio);
+                secants.push((height - self.height(ratio + WINDOW, &mut cursor), ratio));
             }
         }
         cursor = 0;
         for (&ratio, &height) in self.ratios.iter().zip(&self.heights_nm) {
             if ratio - WINDOW >= first {
-                offer(self.height(ratio - WINDOW, &mut cursor) - height, ratio - WINDOW);
+                let from = ratio - WINDOW;
+                secants.push((self.height(from, &mut cursor) - height, from));
             }
         }
-        best.map(|(_, from)| from)
+        let least = secants.iter().map(|(fall, _)| *fall).min_by(f64::total_cmp)?;
+        let extent = self.heights_nm[0] - self.heights_nm[self.heights_nm.len() - 1];
+        let flattest = secants.iter().filter(|(fall, _)| *fall <= least + EQUAL * extent);
+        flattest.map(|(_, from)| *from).min_by(f64::total_cmp)
     }
 
     /// Height at a ratio between those of the first and the last node; the cursor goes along with rising
@@ -166,6 +165,9 @@ impl Curve {
     }
 }
 
+/// Falls that differ by less than this share of all heights are equal: a symmetric surface has two flattest secants, and the last bit
+/// of its heights is not to choose.
+const EQUAL: f64 = 1e-9;
 /// Share of the area under the equivalent line.
 const WINDOW: f64 = 0.4;
 /// Rounding of the ratios at the ends of the window.

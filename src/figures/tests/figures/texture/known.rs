@@ -231,6 +231,26 @@ fn evenly_spread_heights_are_all_core() {
     assert_eq!((core.smrk1_percent, core.smrk2_percent), (0.0, 100.0));
 }
 
+/// A sine has two flattest secants; the last bits of its heights do not choose between them.
+#[test]
+fn a_symmetric_surface_has_one_core_in_every_unit() {
+    let core = |scale: f64, turn: f64| {
+        let heights = grid(40, 400, [0.01, 0.01], |x, _| {
+            let mm = 1e-3 * (TAU * x / 0.4 + turn).sin();
+            // As a file in another unit has them.
+            ((mm / scale) * scale) * 1e6
+        });
+        core_parameters((&heights.levelled(Datum::Mean)).into()).unwrap()
+    };
+    let of_mm = core(1.0, 0.3);
+    for scale in [25.4, 1e-3, 0.7] {
+        let found = core(scale, 0.3);
+        near(found.spk_nm, of_mm.spk_nm, 1e-3);
+        near(found.svk_nm, of_mm.svk_nm, 1e-3);
+        near(found.line_from_percent, of_mm.line_from_percent, 1e-9);
+    }
+}
+
 /// A plateau from 20 to 80 % with a slope of 10 nm, peaks up to 50 nm and dales down to 200 nm, both linear.
 #[test]
 fn a_stratified_surface_has_the_core_it_is_made_of() {
