@@ -26,6 +26,7 @@ mod shown;
 mod snapshot;
 pub mod station;
 mod weighing;
+mod whole_file;
 
 // The laws of the fuzz targets name this crate from outside and are tested inside it.
 #[cfg(test)]

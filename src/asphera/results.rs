@@ -11,6 +11,8 @@ use thiserror::Error;
 use asphera_measure::{DeviationMap, Measurement, Pipeline};
 use asphera_paper::{Provenance, html, qif};
 
+use crate::whole_file::{CannotWrite, write_whole};
+
 /// Why a result could not be written.
 #[derive(Debug, Error)]
 pub enum ResultsError {
@@ -189,26 +191,20 @@ fn text(folder: &Path, name: &str, text: &str) -> Result<(), ResultsError> {
     })
 }
 
-/// Writes one file so that it appears whole or not at all.
+/// Writes one file.
 fn file(
     folder: &Path,
     name: &str,
     content: impl FnOnce(&mut BufWriter<File>, &Path) -> Result<(), ResultsError>,
 ) -> Result<(), ResultsError> {
     let path = folder.join(name);
-    let beside = folder.join(format!("{name}.part"));
-    let failed = |source| ResultsError::File { path: path.clone(), source };
-    let write = || {
-        let mut writer = BufWriter::new(File::create(&beside).map_err(failed)?);
-        content(&mut writer, &path)?;
-        let file = writer.into_inner().map_err(|error| failed(error.into_error()))?;
-        file.sync_data().map_err(failed)?;
-        fs::rename(&beside, &path).map_err(failed)
-    };
-    write().inspect_err(|_| {
-        // It holds room that the others may need. What cannot be removed is told by the error already.
-        let _ = fs::remove_file(&beside);
-    })
+    write_whole(&path, |writer| content(writer, &path))
+}
+
+impl From<CannotWrite> for ResultsError {
+    fn from(CannotWrite { path, source }: CannotWrite) -> ResultsError {
+        ResultsError::File { path, source }
+    }
 }
 
 #[cfg(test)]

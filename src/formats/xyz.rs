@@ -300,7 +300,7 @@ const DECIMAL_HINT: &str =
     "one kind of separator and decimal points (write 1.5 where a decimal comma says 1,5)";
 
 fn unreadable(line: usize, slot: &layout::Slot, text: &impl Shown) -> ReadError {
-    let (name, unit) = (slot.role.name(), slot.unit);
+    let (name, unit) = (slot.name, slot.unit);
     let expected = match slot.role {
         Role::Z => format!("{name} in {unit}, or NaN, BAD or *** where nothing was measured"),
         _ => format!("{name} in {unit}"),

@@ -1,7 +1,6 @@
 //! `asphera calibrate`: errors of a machine, from a measured ball or flat.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use asphera_calibrate::{
@@ -23,6 +22,7 @@ use super::usage::misused;
 use crate::calibration::{LONGEST_DAYS, written};
 use crate::clock::Clock;
 use crate::replay::Playback;
+use crate::whole_file::write_bytes;
 
 #[derive(Args)]
 #[command(group = ArgGroup::new("artefact").required(true).args(["sphere", "flat"]))]
@@ -76,7 +76,7 @@ pub(super) struct CalibrateArgs {
 pub(super) fn run(args: &CalibrateArgs) -> Result<Exit, Failure> {
     for source in &args.sources {
         if let Some(out) = &args.out {
-            refuse(out, source, args.force)?;
+            refuse(out, [source], args.force)?;
         }
     }
     let progress = Progress::start("calibrate");
@@ -100,8 +100,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<Exit, Failure> {
     drop(progress);
     if let Some(out) = &args.out {
         let made = Clock::start().started_wall_ns();
-        fs::write(out, written(&found, artefact, made, args.valid_days))
-            .map_err(|error| format!("cannot write {}: {error}", out.display()))?;
+        write_bytes(out, written(&found, artefact, made, args.valid_days))?;
     }
     if args.json {
         print_json(&CalibrationReport::new(&found))?;

@@ -1,11 +1,13 @@
 //! Points written as columns of text.
 
 use std::ffi::OsStr;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use thiserror::Error;
+use super::output::Failure;
+use super::usage::misused;
+use crate::whole_file::{CannotWrite, write_whole};
 
 /// How columns are separated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,24 +16,10 @@ pub(super) enum Style {
     Commas,
 }
 
-/// Why points cannot be written.
-#[derive(Debug, Error)]
-pub(super) enum FileError {
-    /// Its name says no format.
-    #[error("cannot write {}: expected a name ending in {expected}", path.display())]
-    Style { path: PathBuf, expected: &'static str },
-    /// The file system refused.
-    #[error("cannot write {}", path.display())]
-    File { path: PathBuf, source: io::Error },
-}
-
 impl Style {
     /// The style that the name of a file asks for.
-    pub(super) fn of(path: &Path) -> Result<Style, FileError> {
-        Style::by_name(path).ok_or_else(|| FileError::Style {
-            path: path.to_owned(),
-            expected: ".xyz, .txt, .asc or .csv",
-        })
+    pub(super) fn of(path: &Path) -> Result<Style, Failure> {
+        Style::by_name(path).ok_or_else(|| unknown_style(path, ".xyz, .txt, .asc or .csv"))
     }
 
     /// The same; `None` for a name of no text file.
@@ -53,26 +41,18 @@ impl Style {
     }
 }
 
-/// Writes a file that appears whole or not at all.
+/// What is said of a name that says no format.
+pub(super) fn unknown_style(path: &Path, expected: &str) -> Failure {
+    misused(format!("cannot write {}: expected a name ending in {expected}", path.display()))
+}
+
+/// Writes a file of columns, whole or not at all.
 pub(super) fn whole(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
-) -> Result<(), FileError> {
-    let failed = |source| FileError::File { path: path.to_owned(), source };
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let beside = PathBuf::from(beside);
-    let written = File::create(&beside).and_then(|file| {
-        let mut writer = BufWriter::new(file);
-        fill(&mut writer)?;
-        writer.into_inner().map_err(io::IntoInnerError::into_error)?.sync_data()
-    });
-    let moved = written.and_then(|()| fs::rename(&beside, path));
-    if moved.is_err() {
-        // What is left of it is of no use to anyone; if it cannot be removed, the first error counts.
-        let _ = fs::remove_file(&beside);
-    }
-    moved.map_err(failed)
+) -> Result<(), CannotWrite> {
+    let failed = |source| CannotWrite { path: path.to_owned(), source };
+    write_whole(path, |writer| fill(writer).map_err(failed))
 }
 
 /// Writes `remarks` as comments and a line of names with their units, as `x[mm]`.

@@ -35,20 +35,15 @@ pub(super) struct CompareArgs {
     #[arg(long, value_name = "DIR")]
     evaluate: Option<PathBuf>,
     /// Of shapes: distances of pairs of points and vibrations, or the feature matrix of the Point Cloud Graph.
-    #[arg(long, value_enum, default_value = "default")]
-    method: Method,
-    /// The functions of the graphs of --method seed, as `asphera graph --function` takes them.
-    #[arg(
-        long,
-        visible_alias = "functions",
-        value_name = "FUNCTION",
-        value_delimiter = ' ',
-        default_value = "pca:1"
-    )]
+    /// Without it the former.
+    #[arg(long, value_enum)]
+    method: Option<Method>,
+    /// The functions of the graphs of --method seed, as `asphera graph --function` takes them. Without it pca:1.
+    #[arg(long, visible_alias = "functions", value_name = "FUNCTION", value_delimiter = ' ')]
     function: Vec<FunctionChoice>,
-    /// The strips of these graphs: the same for all shapes, for sizes of graphs count.
-    #[arg(long, value_name = "N", default_value = "50")]
-    strips: u16,
+    /// The strips of these graphs, 1 or more: the same for all shapes, for sizes of graphs count. Without it 50.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    strips: Option<u16>,
     /// Compare shapes whatever their size.
     #[arg(long)]
     scale_free: bool,
@@ -91,6 +86,17 @@ pub(super) fn run(args: &CompareArgs) -> Result<Exit, Failure> {
     if args.shapes || args.evaluate.is_some() {
         return run_shapes(args);
     }
+    let given = [
+        (args.method.is_some(), "--method"),
+        (!args.function.is_empty(), "--function"),
+        (args.strips.is_some(), "--strips"),
+        (args.scale_free, "--scale-free"),
+    ];
+    if let Some((_, option)) = given.into_iter().find(|(is_given, _)| *is_given) {
+        return Err(misused(format!(
+            "{option} is of shapes: add --shapes, or leave it out for contours"
+        )));
+    }
     let report = compared(args)?;
     if args.json {
         print_json(&report)?;
@@ -100,14 +106,34 @@ pub(super) fn run(args: &CompareArgs) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
+/// The function of graphs where none is given.
+const FIRST_AXIS: &str = "pca:1";
+/// Their strips.
+const STRIPS: u16 = 50;
+
+impl CompareArgs {
+    /// How shapes are compared.
+    fn how(&self) -> Result<How<'_>, Failure> {
+        let method = self.method.unwrap_or(Method::Default);
+        if method == Method::Default && (!self.function.is_empty() || self.strips.is_some()) {
+            return Err(misused("--function and --strips are of --method seed: add it"));
+        }
+        let functions = match &self.function[..] {
+            [] => vec![FIRST_AXIS.parse()?],
+            given => given.to_vec(),
+        };
+        Ok(How {
+            method,
+            functions,
+            strips: self.strips.unwrap_or(STRIPS).into(),
+            size: if self.scale_free { Size::Free } else { Size::Counts },
+            text: &self.text,
+        })
+    }
+}
+
 fn run_shapes(args: &CompareArgs) -> Result<Exit, Failure> {
-    let how = How {
-        method: args.method,
-        functions: &args.function,
-        strips: args.strips.into(),
-        size: if args.scale_free { Size::Free } else { Size::Counts },
-        text: &args.text,
-    };
+    let how = args.how()?;
     let report = match &args.evaluate {
         Some(folder) => shapes::evaluated(folder, &how)?,
         None => shapes::shapes(&args.files, &how)?,

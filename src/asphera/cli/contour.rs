@@ -23,6 +23,7 @@ use super::progress::Progress;
 use super::source::{Content, Source, source_help};
 use super::summary::short;
 use super::text::TextArgs;
+use crate::whole_file::write_bytes;
 
 #[derive(Args)]
 pub(super) struct ContourArgs {
@@ -87,12 +88,11 @@ pub(super) fn run(args: &ContourArgs) -> Result<Exit, Failure> {
     };
     let drawing = args.out.as_deref().map(draw::drawing_of).transpose()?;
     if let Some(out) = &args.out {
-        refuse(out, source, args.force)?;
+        refuse(out, [source].into_iter().chain(args.outline.as_deref()), args.force)?;
     }
     let report = found(args, source)?;
     if let Some((out, drawing)) = args.out.as_deref().zip(drawing) {
-        std::fs::write(out, drawing(&report))
-            .map_err(|error| format!("cannot write {}: {error}", out.display()))?;
+        write_bytes(out, drawing(&report))?;
     }
     if args.json {
         print_json(&report)?;
@@ -153,24 +153,8 @@ pub(super) fn places(
 
 /// The points at a path, of which stderr says how they were read; two columns will do.
 fn opened(path: &Path, text: &TextArgs, progress: &Progress) -> Result<Source, Failure> {
-    let mut is_assumed = false;
-    let source = Source::open(path, text, progress).or_else(|failure| {
-        // As points in space x and y are too few, and two columns that nothing names may be a profile.
-        let mut planes = text.of_plane().into_iter();
-        let opened = planes.find_map(|plane| {
-            is_assumed = plane.has_unit() && !text.has_unit();
-            Source::open(path, &plane, progress).ok()
-        });
-        opened.ok_or(failure)
-    })?;
-    let mut reading = source.reading();
-    if let Some(reading) = reading.as_mut().filter(|_| is_profile(&source)) {
-        // The heights of a profile are the second coordinate of the plane.
-        let heights = reading.columns.iter_mut().filter(|column| column.name == "z");
-        heights.for_each(|column| "y".clone_into(&mut column.name));
-        reading.units_assumed |= is_assumed;
-    }
-    source.say_reading_as(reading.as_ref());
+    let source = Source::open_in_plane(path, text, progress)?;
+    source.say_reading();
     Ok(source)
 }
 
@@ -195,14 +179,12 @@ fn flat(source: &Source) -> Vec<PlaceMm> {
 /// Heights that differ by less than this share of the extent are those of a flat edge.
 const FLAT: f64 = 1e-3;
 
-/// Whether a file has two columns that no name calls x and y.
+/// Whether a file has two columns, of which the second counts as y.
 fn is_profile(source: &Source) -> bool {
     match source.content() {
-        Content::File(topography) => topography
-            .source()
-            .taken
-            .as_ref()
-            .is_some_and(|taken| taken.columns.iter().all(|column| column.name != "y")),
+        Content::File(topography) => {
+            topography.source().taken.as_ref().is_some_and(|taken| taken.columns.len() == 2)
+        }
         Content::Session(_) => false,
     }
 }

@@ -13,6 +13,7 @@ use super::output::{Failure, print, say};
 use super::serve::block_on;
 use super::usage::misused;
 use crate::config;
+use crate::whole_file::write_bytes;
 use asphera_report::words::{counted, unit};
 use listen::Listener;
 
@@ -104,8 +105,7 @@ async fn live(
     let asked = ask.map(|ask| (ask, args.every_ms));
     let received = listener.hear(asked.clone(), args.seconds).await?;
     if let Some(keep) = &args.keep {
-        std::fs::write(keep, &received)
-            .map_err(|error| format!("cannot write {}: {error}", keep.display()))?;
+        write_bytes(keep, &received)?;
     }
     let proposed = proposed(&Capture { received, asked })?;
     print(&tables(args, Some(&endpoint), &proposed));

@@ -7,7 +7,7 @@ use asphera_formats::{Topography, ply};
 use asphera_geometry::PointMm;
 use clap::Args;
 
-use super::columns::{self, FileError, Style};
+use super::columns::{self, Style, unknown_style};
 use super::exit::Exit;
 use super::files::refuse;
 use super::output::{Failure, print};
@@ -39,22 +39,22 @@ enum Kind {
 
 impl Kind {
     /// The kind that the name of a file asks for.
-    fn of(path: &Path) -> Result<Kind, FileError> {
+    fn of(path: &Path) -> Result<Kind, Failure> {
         if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ply")) {
             return Ok(Kind::Ply);
         }
         let expected = ".xyz, .txt, .asc, .csv or .ply";
-        let unknown = || FileError::Style { path: path.to_owned(), expected };
+        let unknown = || unknown_style(path, expected);
         Style::by_name(path).map(Kind::Text).ok_or_else(unknown)
     }
 }
 
 pub(super) fn run(args: &ExportArgs) -> Result<Exit, Failure> {
     let kind = Kind::of(&args.out)?;
-    refuse(&args.out, &args.source, args.force)?;
+    refuse(&args.out, [&args.source], args.force)?;
     let progress = Progress::start("export");
     let source = Source::open(&args.source, &args.text, &progress)?;
-    refuse(&args.out, source.file(), args.force)?;
+    refuse(&args.out, [source.file()], args.force)?;
     source.say_reading();
     let remarks = remarks(&source);
     let written = match (kind, source.content()) {

@@ -235,31 +235,32 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     bytes_of(path).map_err(|error| format!("cannot read {}: {error}", path.display()).into())
 }
 
-/// Fails where `out` must not be written: it is `source` or a part of it, or it is there and not to be overwritten.
-pub(super) fn refuse(out: &Path, source: &Path, overwrite: bool) -> Result<(), Failure> {
-    if !out.exists() {
-        return Ok(());
-    }
-    if let (Ok(out), Ok(source)) = (out.canonicalize(), source.canonicalize())
-        && out == source
-    {
-        return Err(format!("{} is the file that is read; expected another", out.display()).into());
-    }
-    if let (Ok(out), Ok(source)) = (out.canonicalize(), source.canonicalize())
-        && out.parent() == Some(&source)
-        && is_recording(&source)
-    {
-        return Err(format!(
-            "{} belongs to the recording that is read; expected another file",
-            out.display()
-        )
-        .into());
+/// Fails where `out` must not be written: it is one of the files that are read or a part of one, or it is there and not to be overwritten.
+pub(super) fn refuse(
+    out: &Path,
+    read: impl IntoIterator<Item = impl AsRef<Path>>,
+    overwrite: bool,
+) -> Result<(), Failure> {
+    let Ok(place) = out.canonicalize() else { return Ok(()) };
+    let read = read.into_iter().filter_map(|path| path.as_ref().canonicalize().ok());
+    for source in read {
+        let found = if place == source {
+            "is the file that is read; expected another"
+        } else if place.parent() == Some(&source) && is_recording(&source) {
+            "belongs to the recording that is read; expected another file"
+        } else {
+            continue;
+        };
+        return Err(format!("{} {found}", place.display()).into());
     }
     if !overwrite {
         return Err(format!("{} is there already; --force overwrites it", out.display()).into());
     }
     Ok(())
 }
+
+/// Of a command that reads none.
+pub(super) const NO_FILES: [&Path; 0] = [];
 
 /// Points are handed over by so many, so that progress moves. As many as the pipeline hands to the mesh at once.
 const PIECE: usize = 65_536;

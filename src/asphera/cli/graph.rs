@@ -182,7 +182,7 @@ pub(super) fn run(args: &GraphArgs) -> Result<Exit, Failure> {
     args.check()?;
     let file = |name: &str| args.out.as_deref().map(|folder| folder.join(name));
     for path in FILES.into_iter().filter_map(file) {
-        refuse(&path, &args.source, args.force)?;
+        refuse(&path, [&args.source], args.force)?;
     }
     let progress = Progress::start("graph");
     let source = args.sampled.open(&args.source, &args.text, &progress)?;

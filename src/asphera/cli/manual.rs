@@ -8,8 +8,9 @@ use clap_complete::Shell;
 use clap_mangen::Man;
 
 use super::exit::Exit;
-use super::files::refuse;
+use super::files::{NO_FILES, refuse};
 use super::output::{Failure, print};
+use crate::whole_file::write_bytes;
 
 #[derive(Args)]
 pub(super) struct CompletionsArgs {
@@ -47,9 +48,9 @@ pub(super) fn pages(args: &ManArgs, command: Command) -> Result<Exit, Failure> {
     fs::create_dir_all(folder).map_err(|error| failed(folder, error))?;
     let paths: Vec<PathBuf> = pages.iter().map(|(name, _)| folder.join(name)).collect();
     // None is written where one must not be.
-    paths.iter().try_for_each(|path| refuse(path, Path::new(""), args.force))?;
+    paths.iter().try_for_each(|path| refuse(path, NO_FILES, args.force))?;
     for (path, (_, text)) in paths.iter().zip(&pages) {
-        fs::write(path, text).map_err(|error| failed(path, error))?;
+        write_bytes(path, text)?;
     }
     print(&format!("{} pages written to {}\n", pages.len(), folder.display()));
     Ok(Exit::Done)

@@ -2,7 +2,6 @@
 
 mod description;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use asphera_formats::zemax;
@@ -13,6 +12,7 @@ use super::files::{part, read, refuse};
 use super::output::{Failure, print};
 use super::usage::misused;
 use crate::lens;
+use crate::whole_file::write_bytes;
 use asphera_measure::Part;
 use asphera_nominal::flipped;
 
@@ -104,9 +104,8 @@ fn turned(name: &str, text: &str) -> Result<String, Failure> {
 fn write(args: &NominalArgs, text: &str) -> Result<Exit, Failure> {
     match &args.out {
         Some(out) => {
-            refuse(out, &args.file, args.force)?;
-            fs::write(out, text)
-                .map_err(|error| format!("cannot write {}: {error}", out.display()))?;
+            refuse(out, [&args.file].into_iter().chain(&args.grid), args.force)?;
+            write_bytes(out, text)?;
         }
         None => print(text),
     }

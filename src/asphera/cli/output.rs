@@ -11,7 +11,8 @@ use serde::Serialize;
 use super::OutputArgs;
 use super::progress::Progress;
 use super::summary::summary;
-use crate::results::{self};
+use crate::results;
+use crate::whole_file::write_bytes;
 use asphera_measure::Measurement;
 use asphera_report::error_chain;
 
@@ -144,9 +145,17 @@ fn json(value: &impl Serialize) -> Result<String, Failure> {
     Ok(text)
 }
 
+/// Names the file that an error kept from being written.
+pub(super) fn cannot_write<E: Error>(path: &Path) -> impl FnOnce(E) -> Failure + use<E> {
+    let name = path.display().to_string();
+    move |error| {
+        // What a format says of its destination is said by the name of the file.
+        let cause = error.source().map_or_else(|| error.to_string(), ToString::to_string);
+        format!("cannot write {name}: {cause}").into()
+    }
+}
+
 /// Writes a value as JSON.
 pub(super) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Failure> {
-    std::fs::write(path, json(value)?)
-        .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
-    Ok(())
+    Ok(write_bytes(path, json(value)?)?)
 }

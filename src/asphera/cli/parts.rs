@@ -24,6 +24,7 @@ use super::sampled::SampledArgs;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
 use super::threads::ThreadArgs;
+use super::usage::misused;
 use crate::parts::{Library, Scene, form, judged, matched};
 
 #[derive(Args)]
@@ -99,6 +100,17 @@ struct Done {
     exit: Exit,
 }
 
+/// Fails where results would be taken for nominals the next time.
+fn refuse_library(out: &Path, library: &Path) -> Result<(), Failure> {
+    match (out.canonicalize(), library.canonicalize()) {
+        (Ok(out), Ok(library)) if out == library => Err(misused(format!(
+            "--out and --library are both {}: expected two folders",
+            out.display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
 pub(super) fn run(args: &PartsArgs) -> Result<Exit, Failure> {
     let progress = Progress::start("parts");
     // A library that cannot be used is told before long reading.
@@ -110,6 +122,9 @@ pub(super) fn run(args: &PartsArgs) -> Result<Exit, Failure> {
         let source = Source::open(path, &TextArgs::default(), &progress);
         source.map(|source| source.points().collect()).map_err(|error| error.to_string())
     };
+    if let (Some(library), Some(out)) = (library, &args.out) {
+        refuse_library(out, library)?;
+    }
     let library = library.map(|folder| Library::open(folder, &scan)).transpose()?;
     let source = args.sampled.open(&args.source, &args.text, &progress)?;
     let points: Vec<PointMm> = source.points().collect();

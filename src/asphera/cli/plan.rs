@@ -98,7 +98,7 @@ struct Planned {
 
 pub(super) fn run(args: &PlanArgs) -> Result<Exit, Failure> {
     let style = Style::of(&args.out)?;
-    refuse(&args.out, &args.source, args.force)?;
+    refuse(&args.out, [&args.source].into_iter().chain(&args.nominal), args.force)?;
     let progress = Progress::start("plan");
     let planned = match args.path {
         Some(kind) => over_aperture(args, kind, &progress)?,

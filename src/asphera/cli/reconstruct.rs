@@ -123,7 +123,7 @@ fn way(word: &str) -> Result<[f64; 3], String> {
 
 pub(super) fn run(args: &ReconstructArgs) -> Result<Exit, Failure> {
     if let Some(out) = &args.out {
-        refuse(out, &args.source, args.force)?;
+        refuse(out, [&args.source].into_iter().chain(&args.truth), args.force)?;
         written::kind_of(out)?;
     }
     if args.compare {

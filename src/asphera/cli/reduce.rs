@@ -113,7 +113,7 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     let limits = Limits::new(args.epsilon, args.rho)?;
     target(args, &limits, 1.0)?;
     Style::of(&args.out)?;
-    refuse(&args.out, &args.source, args.force)?;
+    refuse(&args.out, [&args.source].into_iter().chain(&args.nominal), args.force)?;
     let given = args.nominal.as_deref().map(part).transpose()?;
     let name = args.source.display().to_string();
     let progress = Progress::start("reduce");

@@ -1,6 +1,5 @@
 //! `asphera report`: a session or a file on paper.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -15,6 +14,7 @@ use super::summary::summary;
 use super::text::TextArgs;
 use super::tip::TipArgs;
 use super::usage::misused;
+use crate::whole_file::write_bytes;
 use asphera_measure::{Along, Measurement};
 use asphera_paper::{Provenance, SourceFile, html, qif};
 use asphera_report::Label;
@@ -58,10 +58,18 @@ pub(super) struct ReportArgs {
     force: bool,
 }
 
+impl ReportArgs {
+    /// The files that are read.
+    fn read(&self) -> impl Iterator<Item = &Path> {
+        let others = self.nominal.as_deref().into_iter().chain(self.face.second());
+        [&*self.source].into_iter().chain(others)
+    }
+}
+
 pub(super) fn run(args: &ReportArgs) -> Result<Exit, Failure> {
-    refuse(&args.out, &args.source, args.force)?;
+    refuse(&args.out, args.read(), args.force)?;
     if let Some(qif) = &args.qif {
-        refuse(qif, &args.source, args.force)?;
+        refuse(qif, args.read(), args.force)?;
         if *qif == args.out {
             return Err(misused(format!("--out and --qif are both {}", qif.display())));
         }
@@ -83,7 +91,7 @@ pub(super) fn run(args: &ReportArgs) -> Result<Exit, Failure> {
     }
     args.face.refuse(&args.source)?;
     let source = Source::open(&args.source, &args.text, &progress)?;
-    refuse(&args.out, source.file(), args.force)?;
+    refuse(&args.out, [source.file()], args.force)?;
     let part = source.needed_part(given)?;
     provenance.files = match source.content() {
         Content::File(_) => vec![SourceFile::read(source.file())?],
@@ -118,16 +126,11 @@ fn deliver(
     progress: Progress,
 ) -> Result<Exit, Failure> {
     progress.stage("drawing the report");
-    write(&args.out, &html(measurement, provenance))?;
+    write_bytes(&args.out, html(measurement, provenance))?;
     if let Some(path) = &args.qif {
-        write(path, &qif(&measurement.report, provenance))?;
+        write_bytes(path, qif(&measurement.report, provenance))?;
     }
     drop(progress);
     print(&summary(&measurement.report, false));
     Ok(Exit::of(&measurement.report))
-}
-
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    fs::write(path, text)
-        .map_err(|error| format!("cannot write {}: {error}", path.display()).into())
 }

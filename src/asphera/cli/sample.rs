@@ -19,6 +19,7 @@ use super::output::{Failure, print, print_json};
 use super::summary::short;
 use super::usage::misused;
 use crate::contour::truth_report;
+use crate::whole_file::write_bytes;
 
 #[derive(Args)]
 pub(super) struct SampleArgs {
@@ -45,9 +46,9 @@ pub(super) struct SampleArgs {
     /// Seed of the random numbers.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Width of a pixel of an image.
-    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = positive)]
-    pixel: f64,
+    /// Width of a pixel of an image. Without it 1 mm.
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pixel: Option<f64>,
     /// The shape of an image is light on dark.
     #[arg(long)]
     light: bool,
@@ -112,7 +113,7 @@ struct Taken {
 
 pub(super) fn run(args: &SampleArgs) -> Result<Exit, Failure> {
     for file in std::iter::once(&args.out).chain(&args.truth) {
-        refuse(file, &args.curve, args.force)?;
+        refuse(file, [&args.curve], args.force)?;
     }
     if std::iter::once(&args.out).chain(&args.truth).any(|file| file.as_os_str() == "-") {
         return Err(misused("--out and --truth: expected names of files, found -"));
@@ -123,6 +124,12 @@ pub(super) fn run(args: &SampleArgs) -> Result<Exit, Failure> {
     }
     if let Some(path) = &args.truth {
         truth_kind(path)?;
+    }
+    if !is_of_places(&args.out) {
+        let name = args.out.display();
+        return Err(misused(format!(
+            "{name}: expected a name in .xy, .xyz, .txt or .csv, found another"
+        )));
     }
     let Taken { curve, samples: lines, left_out, image } = sampled(args)?;
     let disturbance = Disturbance {
@@ -165,6 +172,12 @@ fn sampled(args: &SampleArgs) -> Result<Taken, Failure> {
     let ending = args.curve.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     let named =
         |error: asphera_formats::ReadError| -> Failure { format!("{name}: {error}").into() };
+    let is_image = ending.as_deref() == Some("png");
+    if !is_image && (args.pixel.is_some() || args.light) {
+        return Err(misused(format!(
+            "{name}: --pixel and --light are of an image (.png): leave them out"
+        )));
+    }
     let (drawn, left_out) = match ending.as_deref() {
         Some("svg") => read_svg_and_count(&bytes).map_err(named)?,
         Some("dxf") => (read_dxf(&bytes).map_err(named)?, LeftOut::new()),
@@ -204,7 +217,7 @@ const SMOOTHED: usize = 3;
 fn image(args: &SampleArgs, bytes: &[u8], spacing: &Spacing) -> Result<Taken, Failure> {
     let name = args.curve.display();
     let mask = mask::read(bytes, args.light).map_err(|error| format!("{name}: {error}"))?;
-    let lines = borders(&mask.set, mask.columns, mask.rows, args.pixel);
+    let lines = borders(&mask.set, mask.columns, mask.rows, args.pixel.unwrap_or(PIXEL_MM));
     if lines.is_empty() {
         let cure = "give --light for a light shape on dark";
         return Err(format!("{name}: expected a dark shape, found no dark pixel; {cure}").into());
@@ -229,6 +242,9 @@ fn image(args: &SampleArgs, bytes: &[u8], spacing: &Spacing) -> Result<Taken, Fa
     Ok(taken(curve, samples))
 }
 
+/// Width of a pixel where none is given.
+const PIXEL_MM: f64 = 1.0;
+
 /// How the truth is written.
 #[derive(Clone, Copy, PartialEq)]
 enum TruthKind {
@@ -241,12 +257,19 @@ fn truth_kind(path: &Path) -> Result<TruthKind, Failure> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     match ending.as_deref() {
         Some("json") => Ok(TruthKind::Report),
-        Some("xy" | "xyz" | "txt" | "csv") => Ok(TruthKind::Places),
+        _ if is_of_places(path) => Ok(TruthKind::Places),
         _ => Err(misused(format!(
             "{}: expected a name in .json or .xy, found another",
             path.display()
         ))),
     }
+}
+
+/// Whether places go into a file of this name.
+fn is_of_places(path: &Path) -> bool {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    // A device or a pipe has no ending.
+    matches!(ending.as_deref(), None | Some("xy" | "xyz" | "txt" | "asc" | "csv"))
 }
 
 /// The text of the truth.
@@ -283,8 +306,7 @@ fn counts(left_out: &LeftOut) -> String {
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    let failed = |error| format!("cannot write {}: {error}", path.display()).into();
-    std::fs::write(path, text).map_err(failed)
+    Ok(write_bytes(path, text)?)
 }
 
 impl ImageFigures {

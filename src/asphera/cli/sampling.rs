@@ -2,7 +2,6 @@
 //! off it.
 
 use std::f64::consts::FRAC_1_SQRT_2;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use asphera_report::{ChapterId, FeatureFigures, Report, SamplingFigures, View, Waypoints};
@@ -17,6 +16,7 @@ use super::source::{Source, source_help};
 use super::summary::{brief, tables};
 use super::text::TextArgs;
 use super::threads::ThreadArgs;
+use crate::whole_file::write_bytes;
 use asphera_measure::Part;
 use asphera_measure::{Along, Next, PointsSampling, Wanted, sampling_of_points};
 
@@ -71,7 +71,7 @@ struct Told<'a> {
 pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
     args.threads.limit_process()?;
     if let Some(out) = &args.waypoints {
-        refuse(out, &args.source, args.force)?;
+        refuse(out, [&args.source].into_iter().chain(&args.nominal), args.force)?;
     }
     let given = args.nominal.as_deref().map(part).transpose()?;
     let name = args.source.display().to_string();
@@ -135,8 +135,7 @@ fn write(out: &Path, waypoints: Option<&Waypoints>, name: &str) -> Result<(), Fa
             .into()
         );
     };
-    fs::write(out, &waypoints.csv)
-        .map_err(|error| format!("cannot write {}: {error}", out.display()).into())
+    Ok(write_bytes(out, &waypoints.csv)?)
 }
 
 fn share(word: &str) -> Result<f64, String> {

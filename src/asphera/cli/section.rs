@@ -2,7 +2,6 @@
 
 mod summary;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use asphera_geometry::VertexId;
@@ -19,6 +18,7 @@ use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
 use super::usage::misused;
+use crate::whole_file::write_bytes;
 use asphera_measure::section::{Deviations, in_frame_of, report, report_of_plane};
 use asphera_measure::{
     Along, Measurement, PointsSurface, SurfaceInSpace, no_area, refuse_path, surface_of_points,
@@ -80,7 +80,7 @@ pub(super) fn run(args: &SectionArgs) -> Result<Exit, Failure> {
         return Err(misused("--json and --out - both want stdout; give --out a file"));
     }
     if let Some(out) = to_file {
-        refuse(out, &args.source, args.force)?;
+        refuse(out, [&args.source].into_iter().chain(&args.nominal), args.force)?;
     }
     let progress = Progress::start("section");
     let mut report = cut(args, &progress)?;
@@ -94,8 +94,7 @@ pub(super) fn run(args: &SectionArgs) -> Result<Exit, Failure> {
     drop(progress);
     let columns = report.points.take().unwrap_or_default();
     if let Some(path) = to_file {
-        fs::write(path, columns.csv())
-            .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+        write_bytes(path, columns.csv())?;
     }
     if args.json {
         print_json(&report)?;

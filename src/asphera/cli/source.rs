@@ -4,6 +4,7 @@ mod recorded;
 
 use std::path::{Path, PathBuf};
 
+use asphera_formats::xyz::TextOptions;
 use asphera_formats::{Cloud, Format, KINDS, Source as Origin, Topography, VOLUME_KINDS};
 use asphera_geometry::PointMm;
 pub(super) use recorded::Recorded;
@@ -50,10 +51,29 @@ impl Source {
         text: &TextArgs,
         progress: &Progress,
     ) -> Result<Source, Failure> {
+        Source::open_with(path, text, &text.options(), progress)
+    }
+
+    /// The same where x and y will do.
+    pub(super) fn open_in_plane(
+        path: &Path,
+        text: &TextArgs,
+        progress: &Progress,
+    ) -> Result<Source, Failure> {
+        let options = TextOptions { in_plane: true, ..text.options() };
+        Source::open_with(path, text, &options, progress)
+    }
+
+    fn open_with(
+        path: &Path,
+        text: &TextArgs,
+        options: &TextOptions,
+        progress: &Progress,
+    ) -> Result<Source, Failure> {
         let (file, content) = match place(path)? {
             Place::File(file) => {
                 progress.stage("reading");
-                let topography = topography(&file, text)?;
+                let topography = topography(&file, options)?;
                 (file, Content::File(Box::new(topography)))
             }
             Place::Session(session) => {
@@ -181,15 +201,10 @@ impl Source {
 
     /// Says on stderr how the points were read, where no report does.
     pub(super) fn say_reading(&self) {
-        self.say_reading_as(self.reading().as_ref());
-    }
-
-    /// The same with other words for the columns of a file.
-    pub(super) fn say_reading_as(&self, reading: Option<&ReadingFigures>) {
         match &self.content {
             Content::File(_) => {
-                if let Some(reading) = reading {
-                    say(&format!("columns    {}", columns(reading)));
+                if let Some(reading) = self.reading() {
+                    say(&format!("columns    {}", columns(&reading)));
                     reading.cautions.iter().for_each(|words| say(&format!("  caution: {words}")));
                 }
                 if self.missing() > 0 {
@@ -298,14 +313,12 @@ fn is_session_name(path: &Path) -> bool {
 }
 
 /// The points of a file.
-fn topography(path: &Path, text: &TextArgs) -> Result<Topography, Failure> {
+fn topography(path: &Path, options: &TextOptions) -> Result<Topography, Failure> {
     let name = path.display().to_string();
     let bytes = read(path)?;
-    asphera_formats::read_with(&name, &bytes, &text.options()).map_err(|error| {
-        match error.names_file() {
-            true => error.to_string().into(),
-            false => format!("{name}: {}", error_chain(&error)).into(),
-        }
+    asphera_formats::read_with(&name, &bytes, options).map_err(|error| match error.names_file() {
+        true => error.to_string().into(),
+        false => format!("{name}: {}", error_chain(&error)).into(),
     })
 }
 

@@ -40,6 +40,10 @@ pub(super) struct UnitArgs {
 }
 
 impl UnitArgs {
+    pub(super) fn is_given(&self) -> bool {
+        self.unit.is_some()
+    }
+
     pub(super) fn options(&self) -> TextOptions {
         TextArgs { unit: self.unit.into_iter().collect(), ..TextArgs::default() }.options()
     }
@@ -70,25 +74,6 @@ impl TextArgs {
         self.options() != TextOptions::default()
     }
 
-    /// The same for a file that is no file of points, but one of places in a plane: columns named x and y, or two without names.
-    /// With the unit mm the latter is read as a profile, whose heights are the second. Nothing if columns are given.
-    pub(super) fn of_plane(&self) -> Vec<TextArgs> {
-        if !self.columns.is_empty() || self.pitch.is_some() {
-            return Vec::new();
-        }
-        let columns = ["x", "y"].map(|name| Column::Name(name.to_owned())).to_vec();
-        let mut all = vec![TextArgs { columns, ..self.clone() }];
-        if self.unit.is_empty() {
-            all.push(TextArgs { unit: vec![Unit::Mm], ..self.clone() });
-        }
-        all
-    }
-
-    /// Whether a unit is given.
-    pub(super) fn has_unit(&self) -> bool {
-        !self.unit.is_empty()
-    }
-
     pub(super) fn options(&self) -> TextOptions {
         TextOptions {
             columns: self.columns.clone(),
@@ -96,6 +81,7 @@ impl TextArgs {
             skip_lines: self.skip_lines,
             pitch_mm: self.pitch.map(|Pitch(pitch_mm)| pitch_mm),
             keeps_marks: self.keep_marks,
+            in_plane: false,
         }
     }
 }

@@ -12,7 +12,7 @@ mod summary;
 #[cfg(test)]
 mod tests;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use asphera_volume::{Ambiguity, BALL_RADIUS, Blend, MAX_REFINE, Majority, Method};
@@ -183,12 +183,28 @@ impl VolumeArgs {
     }
 }
 
+impl VolumeArgs {
+    /// The files that are read.
+    fn read(&self) -> impl Iterator<Item = &Path> {
+        let regular = match &self.regular {
+            Some(Regular::Mesh(path)) => Some(&**path),
+            _ => None,
+        };
+        [&*self.file].into_iter().chain(regular).chain(self.nominal.as_deref())
+    }
+}
+
 pub(super) fn run(args: &VolumeArgs) -> Result<Exit, Failure> {
     let meshes = [args.mesh.clone(), args.out.as_deref().map(|folder| folder.join("mesh.ply"))];
     let meshes: Vec<PathBuf> = meshes.into_iter().flatten().collect();
     let report_file = args.out.as_deref().map(|folder| folder.join("volume.json"));
+    if args.unit.is_given() && !matches!(args.regular, Some(Regular::Mesh(_))) {
+        return Err(misused(
+            "--unit is that of a mesh in --regular: leave it out, and give --spacing in mm where the volume states no unit",
+        ));
+    }
     for path in meshes.iter().chain(&report_file) {
-        refuse(path, &args.file, args.force)?;
+        refuse(path, args.read(), args.force)?;
     }
     meshed::check_names(&meshes)?;
     if let Some(folder) = &args.out {

@@ -18,6 +18,9 @@ pub struct TextOptions {
     pub pitch_mm: Option<[f64; 2]>,
     /// Numbers such as -999 far from all other heights are heights, no marks for no data.
     pub keeps_marks: bool,
+    /// The points may lie in a plane: of columns named x and y, or of two without names, the second is y. It is read as the height of
+    /// a profile, 0 in y.
+    pub in_plane: bool,
 }
 
 /// A column of a text file.
@@ -91,6 +94,8 @@ pub(super) struct Layout {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slot {
     pub(super) role: Role,
+    /// As people are told.
+    pub(super) name: &'static str,
     pub(super) column: usize,
     pub(super) unit: Unit,
 }
@@ -112,7 +117,7 @@ impl Layout {
     ) -> Result<Layout, ReadError> {
         let head = head(before, line, width, options)?;
         let (roles, named_by) = match (&options.columns[..], &head) {
-            ([], Some(head)) => (by_names(line, &head.names)?, By::Head),
+            ([], Some(head)) => (by_names(line, &head.names, options)?, By::Head),
             ([], None) => (by_count(line, width, options)?, By::Default),
             (columns, head) => (by_options(line, width, columns, head.as_ref())?, By::Options),
         };
@@ -129,7 +134,7 @@ impl Layout {
 
     pub(super) fn taken(&self, has_decimal_commas: bool, cautions: Vec<String>) -> Taken {
         let columns = self.slots.iter().map(|slot| TakenColumn {
-            name: slot.role.name(),
+            name: slot.name,
             number: slot.column + 1,
             unit: slot.unit,
         });
@@ -258,7 +263,7 @@ fn radius(names: &[Name]) -> Option<usize> {
 
 pub(super) type Roles = Vec<(Role, usize)>;
 
-fn by_names(line: usize, names: &[Name]) -> Result<Roles, ReadError> {
+fn by_names(line: usize, names: &[Name], options: &TextOptions) -> Result<Roles, ReadError> {
     let listed = || {
         let texts: Vec<&str> = names.iter().map(|name| name.text.as_str()).collect();
         short(&texts.join(", "))
@@ -294,6 +299,7 @@ fn by_names(line: usize, names: &[Name]) -> Result<Roles, ReadError> {
             Ok([x, z].into_iter().chain(find(Role::Uncertainty)?).collect())
         }
         (Some(x), None, None, Some(slope)) => Ok(vec![x, slope]),
+        (Some(x), Some((_, y)), None, None) if options.in_plane => Ok(vec![x, (Role::Z, y)]),
         _ => {
             let found = format!(
                 "the columns {} are neither x, y, z nor x, z nor r, z nor x, slope",
@@ -315,7 +321,7 @@ fn by_count(line: usize, width: usize, options: &TextOptions) -> Result<Roles, R
                 found,
             ))
         }
-        2 if options.units.is_empty() => Err(unclear(
+        2 if options.units.is_empty() && !options.in_plane => Err(unclear(
             line,
             "two columns without names may be heights or slopes of a profile",
             "add `--unit mm` for x and z in mm, `--unit mm,nm`, or `--unit mm,urad` for slopes",

@@ -49,7 +49,7 @@ pub(super) fn with_units(
         };
         *unit = asked.or(*unit);
     }
-    let slots = completed(line, &found, &comments, units_by)?;
+    let slots = completed(line, &found, (&comments, units_by), options.in_plane)?;
     Ok((slots, units_by))
 }
 
@@ -93,8 +93,8 @@ fn stated(
 fn completed(
     line: usize,
     found: &[(Role, usize, Option<Unit>)],
-    comments: &Comments,
-    units_by: By,
+    (comments, units_by): (&Comments, By),
+    in_plane: bool,
 ) -> Result<Vec<Slot>, ReadError> {
     let z = found.iter().find(|(role, ..)| *role == Role::Z).and_then(|(.., unit)| *unit);
     let none = found.iter().all(|(.., unit)| unit.is_none());
@@ -136,7 +136,9 @@ fn completed(
                 "slopes are in rad, mrad, urad or arcsec, lengths are not",
             ));
         }
-        Ok(Slot { role, column, unit })
+        let name =
+            if in_plane && is_profile && role == Role::Z { Role::Y.name() } else { role.name() };
+        Ok(Slot { role, name, column, unit })
     };
     found.iter().map(slot).collect()
 }

@@ -29,7 +29,7 @@ pub(super) enum Method {
 /// How clouds are compared.
 pub(super) struct How<'a> {
     pub(super) method: Method,
-    pub(super) functions: &'a [FunctionChoice],
+    pub(super) functions: Vec<FunctionChoice>,
     pub(super) strips: usize,
     pub(super) size: Size,
     pub(super) text: &'a TextArgs,

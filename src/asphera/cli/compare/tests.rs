@@ -87,13 +87,7 @@ fn shapes_are_compared_and_classes_found() {
     }
     let of = |words: &[&str]| {
         let args = arguments(&words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>());
-        let how = How {
-            method: args.method,
-            functions: &args.function,
-            strips: args.strips.into(),
-            size: if args.scale_free { Size::Free } else { Size::Counts },
-            text: &args.text,
-        };
+        let how = args.how().map_err(|failure| failure.to_string())?;
         match &args.evaluate {
             Some(folder) => shapes::evaluated(folder, &how),
             None => shapes::shapes(&args.files, &how),
@@ -147,4 +141,17 @@ fn places_in_no_order_have_no_area_in_common() {
     });
     let comb: String = comb.chain(["1 0\n0 0\n".to_owned()]).collect();
     assert!(compare(("a.xyz", &comb), ("b.xyz", square)).unwrap().iou.is_some());
+}
+
+#[test]
+fn options_of_shapes_are_refused_for_contours() {
+    for option in [&["--scale-free"][..], &["--strips", "5"], &["--function", "height:x"]] {
+        let words = [&["a.xy", "b.xy"], option].concat();
+        let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+        let error = run(&arguments(&words)).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("{} is of shapes", option[0])), "{error}");
+    }
+    let words = ["--shapes", "a.xyz", "b.xyz", "--strips", "5"].map(str::to_owned);
+    let error = arguments(&words).how().map(|_| ()).unwrap_err().to_string();
+    assert_eq!(error, "--function and --strips are of --method seed: add it");
 }

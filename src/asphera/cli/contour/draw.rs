@@ -8,6 +8,7 @@ use asphera_contour::PlaceMm;
 use asphera_report::contour::{ChainFigures, ContourReport};
 
 use crate::cli::output::Failure;
+use crate::cli::usage::misused;
 
 /// What turns a contour into the text of a file.
 pub(super) type Drawing = fn(&ContourReport) -> String;
@@ -19,10 +20,10 @@ pub(super) fn drawing_of(path: &Path) -> Result<Drawing, Failure> {
         Some("csv") => Ok(csv),
         Some("svg") => Ok(svg),
         Some("dxf") => Ok(dxf),
-        _ => {
-            Err(format!("{}: expected a name that ends in .csv, .svg or .dxf", path.display())
-                .into())
-        }
+        _ => Err(misused(format!(
+            "{}: expected a name that ends in .csv, .svg or .dxf",
+            path.display()
+        ))),
     }
 }
 

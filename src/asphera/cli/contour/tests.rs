@@ -449,3 +449,48 @@ fn a_list_of_thousands_is_cut_in_the_summary_alone() {
     assert_eq!(summary.lines().filter(|line| line.starts_with("unknown    curve")).count(), 100);
     assert!(summary.ends_with("unknown    150 more; --json lists all\n"), "{summary}");
 }
+
+#[test]
+fn faults_of_a_file_in_the_plane_are_told_at_their_place() {
+    let of = |text: &str, words: &[&str]| contour_of(text, words).unwrap_err();
+    let short = of("x,y\n1,2\n3,4\n5\n6,7\n", &[]);
+    assert!(short.contains("line 4: expected 2 columns as in line 2, found 1"), "{short}");
+    let word = of("x,y\n1,2\n3,abc\n5,1\n", &[]);
+    assert!(word.contains("line 3, column 2: expected y in mm"), "{word}");
+    let unit = of("x [mm],y [mm]\n1,2\n3,4\n5,1\n", &["--unit", "um"]);
+    assert!(unit.contains("the file says that x is in mm, and `--unit` says um"), "{unit}");
+    let bare = of("1 2\n3 4\n5 x\n", &[]);
+    assert!(bare.contains("line 3, column 2: expected y in mm"), "{bare}");
+}
+
+/// A pipe can be read but once.
+#[cfg(unix)]
+#[test]
+fn points_in_the_plane_come_through_a_pipe() {
+    let folder = tempfile::tempdir().unwrap();
+    for text in [points(), format!("x,y\n{}", points().replace(' ', ","))] {
+        let pipe = folder.path().join(if text.contains(',') { "a.csv" } else { "a.xy" });
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let writer = {
+            let pipe = pipe.clone();
+            std::thread::spawn(move || std::fs::write(pipe, text).unwrap())
+        };
+        let args = arguments(&["--method", "hnn-crust", pipe.to_str().unwrap()]);
+        let found = found(&args, &pipe).unwrap();
+        writer.join().unwrap();
+        assert!(!found.edges.is_empty());
+    }
+}
+
+#[test]
+fn a_nominal_drawing_is_not_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, nominal] = ["a.xy", "c.svg"].map(|name| folder.path().join(name));
+    std::fs::write(&file, points()).unwrap();
+    std::fs::write(&nominal, "<svg><circle r='5'/></svg>").unwrap();
+    let [file, out] = [&file, &nominal].map(|path| path.to_str().unwrap());
+    let args = arguments(&[file, "--outline", out, "-o", out, "--force"]);
+    let error = run(&args).unwrap_err().to_string();
+    assert!(error.ends_with("c.svg is the file that is read; expected another"), "{error}");
+    assert!(std::fs::read_to_string(&nominal).unwrap().contains("circle"));
+}

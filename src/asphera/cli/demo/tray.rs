@@ -18,6 +18,7 @@ use super::super::serve::block_on;
 use super::ct::asphere_keys;
 use super::{DemoArgs, folder_of, measured, page_of};
 use crate::live::Handle;
+use crate::whole_file::write_bytes;
 
 /// The name of the scene.
 pub(super) const NAME: &str = "tray";
@@ -88,7 +89,7 @@ pub(in crate::cli) fn lay_out(
         .map_err(|error| format!("cannot make {}: {error}", library.display()))?;
     let (points, truth) = (folder.join("tray.xyz"), folder.join("truth.json"));
     for path in [&points, &truth] {
-        refuse(path, folder, overwrite)?;
+        refuse(path, [folder], overwrite)?;
     }
     let tray = scene.scan()?;
     whole(&points, |writer| {
@@ -98,8 +99,7 @@ pub(in crate::cli) fn lay_out(
     write_json(&truth, &tray.truth)?;
     for kind in &scene.kinds {
         let path = library.join(format!("{}.toml", kind.name));
-        std::fs::write(&path, nominal(kind))
-            .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+        write_bytes(&path, nominal(kind))?;
     }
     Ok(())
 }

@@ -8,10 +8,11 @@ use asphera_geometry::PointMm;
 
 use super::super::columns::whole;
 use super::super::files::refuse;
-use super::super::output::{Failure, write_json};
+use super::super::output::{Failure, cannot_write, write_json};
 use super::Done;
 use crate::parts::Scene;
 use crate::results;
+use crate::whole_file::write_whole;
 
 /// Where files go.
 pub(super) struct Out<'a> {
@@ -28,7 +29,7 @@ impl Out<'_> {
         let (report_file, points_file) = (folder.join("parts.json"), folder.join("points.ply"));
         let of_part = |number: usize| folder.join(format!("part-{}", number + 1));
         let file = |number: usize| of_part(number).with_extension("ply");
-        let refused = |path: &Path| refuse(path, self.source, self.overwrite);
+        let refused = |path: &Path| refuse(path, [self.source], self.overwrite);
         refused(&report_file)?;
         refused(&points_file)?;
         let numbers = 0..done.scene.parts.len();
@@ -42,10 +43,10 @@ impl Out<'_> {
         write_points(&points_file, &done.scene, points)?;
         for (number, part) in done.scene.parts.iter().enumerate() {
             let path = file(number);
-            let file = std::fs::File::create(&path)
-                .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
-            let file = std::io::BufWriter::new(file);
-            ply::write_mesh(file, &part.places, &[], None, &["lengths in mm"])?;
+            write_whole(&path, |file| {
+                ply::write_mesh(file, &part.places, &[], None, &["lengths in mm"])
+                    .map_err(cannot_write(&path))
+            })?;
             if let Some(measurement) = &done.measurements[number] {
                 results::write(&of_part(number), measurement)?;
             }

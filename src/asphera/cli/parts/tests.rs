@@ -374,3 +374,16 @@ fn parts_of_half_the_size_are_recognised_where_sizes_are_free() {
     let both = done(folder.path(), "half.xyz", &["--scale-free", "--measure"]).unwrap_err();
     assert!(both.contains("cannot be used with"), "{both}");
 }
+
+#[test]
+fn results_do_not_go_into_the_library() {
+    let folder = tray(4);
+    let [file, library] = ["tray.xyz", "library"].map(|name| folder.path().join(name));
+    let [file, library] = [&file, &library].map(|path| path.to_str().unwrap());
+    let words = ["asphera", "parts", file, "--library", library, "--out", library, "--force"];
+    let Command::Parts(args) = Cli::try_parse_from(words).unwrap().command else {
+        panic!("another command")
+    };
+    let error = run(&args).unwrap_err().to_string();
+    assert!(error.starts_with("--out and --library are both "), "{error}");
+}

@@ -21,6 +21,9 @@ pub(super) struct Figures {
     pieces: usize,
     /// Distance of lines and points; absent of places to measure next.
     spacing_mm: Option<f64>,
+    /// Distance of points along lines, where the trigger sets it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    trigger_mm: Option<f64>,
     /// Time of the whole path in s, and its parts.
     total_s: f64,
     scan_s: f64,
@@ -75,6 +78,7 @@ impl Figures {
             points: schedule.points.len(),
             pieces: gone.pieces,
             spacing_mm: gone.spacing_mm,
+            trigger_mm: gone.spacing_mm.and(args.trigger),
             total_s: schedule.total_s,
             scan_s: schedule.scan_s,
             move_s: schedule.move_s,
@@ -102,9 +106,13 @@ impl Figures {
 impl fmt::Display for Figures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Figures { path, points, .. } = self;
-        match self.spacing_mm {
-            Some(mm) => writeln!(f, "plan       {path}, {points} points, {mm:.4} mm apart"),
-            None => writeln!(f, "plan       {points} places to measure next"),
+        match (self.spacing_mm, self.trigger_mm) {
+            (Some(mm), Some(trigger_mm)) => writeln!(
+                f,
+                "plan       {path}, {points} points, lines {mm:.4} mm apart, a point every {trigger_mm} mm"
+            ),
+            (Some(mm), None) => writeln!(f, "plan       {path}, {points} points, {mm:.4} mm apart"),
+            (None, _) => writeln!(f, "plan       {points} places to measure next"),
         }?;
         writeln!(
             f,

@@ -1,13 +1,14 @@
 //! Meshes as files.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::Path;
 
 use asphera_formats::{ply, stl};
 use asphera_geometry::PointMm;
 
-use crate::cli::output::Failure;
+use crate::cli::output::{Failure, cannot_write};
+use crate::cli::usage::misused;
+use crate::whole_file::write_whole;
 
 /// The formats that surfaces are written in.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,11 +25,10 @@ pub(super) fn kind_of(path: &Path) -> Result<MeshKind, Failure> {
         Some("stl") => Ok(MeshKind::Stl),
         Some("obj") => Ok(MeshKind::Obj),
         Some("off") => Ok(MeshKind::Off),
-        _ => Err(format!(
+        _ => Err(misused(format!(
             "{}: expected a name that ends with .ply, .stl, .obj or .off",
             path.display()
-        )
-        .into()),
+        ))),
     }
 }
 
@@ -38,16 +38,14 @@ pub(super) fn write(
     facets: &[[u32; 3]],
 ) -> Result<(), Failure> {
     let kind = kind_of(path)?;
-    let failed = |error: io::Error| format!("cannot write {}: {error}", path.display());
-    let mut file = BufWriter::new(File::create(path).map_err(failed)?);
-    match kind {
-        MeshKind::Ply => ply::write_mesh(file, points_mm, facets, None, &["lengths in mm"])?,
-        MeshKind::Stl => stl::write_mesh(file, points_mm, facets)?,
+    write_whole(path, |file| match kind {
+        MeshKind::Ply => ply::write_mesh(file, points_mm, facets, None, &["lengths in mm"])
+            .map_err(cannot_write(path)),
+        MeshKind::Stl => stl::write_mesh(file, points_mm, facets).map_err(cannot_write(path)),
         MeshKind::Obj | MeshKind::Off => {
-            text(&mut file, kind, points_mm, facets).map_err(failed)?;
+            text(file, kind, points_mm, facets).map_err(cannot_write(path))
         }
-    }
-    Ok(())
+    })
 }
 
 /// Wavefront OBJ counts corners from 1, the Object File Format from 0.

@@ -132,6 +132,10 @@ fn what_cannot_be_sampled_is_refused() {
     assert!(refused("a.svg", "<svg><path d='x'/></svg>", &["--rho", "1"]).contains("path data"));
     assert!(refused("a.txt", "1 2", &["--rho", "1"]).contains(".svg, .dxf or .png"));
     assert!(refused("a.png", "no image", &[]).contains("PNG"));
+    for option in [&["--pixel", "0.1"][..], &["--light"]] {
+        let words = [&["--rho", "1"], option].concat();
+        assert!(refused("a.svg", CIRCLE, &words).contains("--pixel and --light are of an image"));
+    }
 }
 
 #[test]
@@ -152,4 +156,9 @@ fn one_file_for_samples_and_truth_is_refused() {
         panic!("another command");
     };
     assert!(run(&args).unwrap_err().to_string().contains("names of files, found -"));
+    let words = ["asphera", "sample", &path("a.svg"), "--rho", "0.9", "-o", &path("a.ply")];
+    let Ok(Cli { command: Command::Sample(args), .. }) = Cli::try_parse_from(words) else {
+        panic!("another command");
+    };
+    assert!(run(&args).unwrap_err().to_string().contains("expected a name in .xy, .xyz"));
 }

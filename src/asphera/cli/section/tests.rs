@@ -1,5 +1,6 @@
 //! Sections of small files, through the command line's own parser.
 
+use std::fs;
 use std::path::Path;
 
 use asphera_report::PathFigures;

@@ -1,22 +1,23 @@
 //! The surface of a volume, made at once or band by band, written and measured.
 
 use std::fs::{File, OpenOptions};
-use std::io::BufWriter;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use asphera_formats::volume::{Frame, SliceReader, Values};
-use asphera_formats::{WriteError, ply, stl};
+use asphera_formats::{ply, stl};
 use asphera_volume::{
     Ambiguity, Bands, Grey as GreyValues, GreySlices, Method, Middles, Surface, SurfaceBand,
     SurfaceFigures, SurfaceTally, reconstruct, trilinear_surface,
 };
 use rayon::prelude::*;
 
-use super::super::output::Failure;
+use super::super::output::{Failure, cannot_write};
+use super::super::usage::misused;
 use super::VolumeArgs;
 use super::opened::{Grey, Opened, moved};
 use super::sliced::{SlicedFile, next};
+use crate::whole_file::{WholeFile, write_whole};
 
 /// The formats that surfaces are written in.
 enum MeshKind {
@@ -28,7 +29,9 @@ fn mesh_kind(path: &Path) -> Result<MeshKind, Failure> {
     match path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).as_deref() {
         Some("ply") => Ok(MeshKind::Ply),
         Some("stl") => Ok(MeshKind::Stl),
-        _ => Err(format!("{}: expected a name that ends with .ply or .stl", path.display()).into()),
+        _ => {
+            Err(misused(format!("{}: expected a name that ends with .ply or .stl", path.display())))
+        }
     }
 }
 
@@ -92,17 +95,15 @@ fn whole(
 }
 
 fn write_mesh(path: &Path, surface: &Surface) -> Result<(), Failure> {
-    let file = BufWriter::new(File::create(path).map_err(|error| cannot_write(path, &error))?);
     let (vertices, triangles) = (&surface.vertices, &surface.triangles);
-    match mesh_kind(path)? {
-        MeshKind::Ply => ply::write_mesh(file, vertices, triangles, None, &["lengths in mm"])?,
-        MeshKind::Stl => stl::write_mesh(file, vertices, triangles)?,
-    }
-    Ok(())
-}
-
-fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
-    format!("cannot write {}: {error}", path.display()).into()
+    let kind = mesh_kind(path)?;
+    write_whole(path, |file| {
+        let written = match kind {
+            MeshKind::Ply => ply::write_mesh(file, vertices, triangles, None, &["lengths in mm"]),
+            MeshKind::Stl => stl::write_mesh(file, vertices, triangles),
+        };
+        written.map_err(cannot_write(path))
+    })
 }
 
 /// Slices of a band: the vertices and sides of two bands stay in memory.
@@ -206,37 +207,49 @@ fn placed(mut band: SurfaceBand, frame: &Frame) -> SurfaceBand {
 }
 
 /// A file that is written while the surface is made.
-enum GrowingFile {
+struct GrowingFile {
+    path: PathBuf,
+    whole: WholeFile,
+    pieces: Pieces,
+}
+
+enum Pieces {
     Ply(ply::MeshPieces<File>),
     Stl(stl::MeshPieces<File>),
 }
 
 impl GrowingFile {
     fn new(path: &Path, vertices: u32) -> Result<GrowingFile, Failure> {
-        let file = File::create(path).map_err(|error| cannot_write(path, &error))?;
-        Ok(match mesh_kind(path)? {
-            MeshKind::Stl => GrowingFile::Stl(stl::MeshPieces::new(file)?),
+        let whole = WholeFile::at(path);
+        let file = whole.create()?;
+        let pieces = match mesh_kind(path)? {
+            MeshKind::Stl => stl::MeshPieces::new(file).map(Pieces::Stl),
             MeshKind::Ply => {
                 // Opened once more, for it grows at two places.
-                let other = OpenOptions::new().write(true).open(path);
-                let other = other.map_err(|error| cannot_write(path, &error))?;
-                GrowingFile::Ply(ply::MeshPieces::new(file, other, vertices)?)
+                let other = OpenOptions::new().write(true).open(whole.place());
+                let other = other.map_err(cannot_write(path))?;
+                ply::MeshPieces::new(file, other, vertices).map(Pieces::Ply)
             }
-        })
+        };
+        let pieces = pieces.map_err(cannot_write(path))?;
+        Ok(GrowingFile { path: path.to_owned(), whole, pieces })
     }
 
-    fn add_band(&mut self, band: &SurfaceBand) -> Result<(), WriteError> {
-        match self {
-            GrowingFile::Ply(file) => file.add(&band.vertices, &band.triangles),
-            GrowingFile::Stl(_) => Ok(()),
+    fn add_band(&mut self, band: &SurfaceBand) -> Result<(), Failure> {
+        match &mut self.pieces {
+            Pieces::Ply(file) => file.add(&band.vertices, &band.triangles),
+            Pieces::Stl(_) => Ok(()),
         }
+        .map_err(cannot_write(&self.path))
     }
 
-    fn finish(self) -> Result<(), WriteError> {
-        match self {
-            GrowingFile::Ply(file) => file.finish(),
-            GrowingFile::Stl(file) => file.finish(),
+    fn finish(self) -> Result<(), Failure> {
+        match self.pieces {
+            Pieces::Ply(file) => file.finish(),
+            Pieces::Stl(file) => file.finish(),
         }
+        .map_err(cannot_write(&self.path))?;
+        Ok(self.whole.finish()?)
     }
 }
 
@@ -244,11 +257,11 @@ impl GrowingFile {
 fn add_corners(
     files: &mut [GrowingFile],
     corners: [[f64; 3]; 3],
-    result: &mut Result<(), WriteError>,
+    result: &mut Result<(), Failure>,
 ) {
     for file in files {
-        if let (GrowingFile::Stl(file), Ok(())) = (file, &result) {
-            *result = file.add(corners);
+        if let (Pieces::Stl(pieces), Ok(())) = (&mut file.pieces, &result) {
+            *result = pieces.add(corners).map_err(cannot_write(&file.path));
         }
     }
 }

@@ -1,6 +1,10 @@
 //! r by a mesh of the part.
 
+use clap::Parser as _;
+
+use super::super::run;
 use super::{ball, figures_at, figures_of};
+use crate::cli::{Cli, Command};
 
 /// A ball of radius 0.9 mm as OFF: an octahedron whose facets are cut in four `cuts` times.
 fn off(cuts: u32) -> String {
@@ -78,4 +82,31 @@ fn a_mesh_that_cannot_be_read_is_said() {
     };
     assert!(said("nowhere.stl").contains("nowhere.stl"));
     assert!(said("wide").contains("expected a length in mm above 0, found `wide`, and no name"));
+}
+
+#[test]
+fn the_mesh_of_the_part_is_not_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    let [volume, mesh] = ["v.nrrd", "part.stl"].map(|name| folder.path().join(name));
+    std::fs::write(&volume, "").unwrap();
+    std::fs::write(&mesh, off(0)).unwrap();
+    let [volume, name] = [&volume, &mesh].map(|path| path.to_str().unwrap());
+    let words = ["asphera", "volume", volume, "--regular", name, "--mesh", name, "--force"];
+    let Command::Volume(args) = Cli::try_parse_from(words).unwrap().command else {
+        panic!("another command")
+    };
+    let error = run(&args).unwrap_err().to_string();
+    assert!(error.ends_with("part.stl is the file that is read; expected another"), "{error}");
+    assert_eq!(std::fs::read_to_string(&mesh).unwrap(), off(0));
+}
+
+#[test]
+fn a_unit_without_a_mesh_is_refused() {
+    let Command::Volume(args) =
+        Cli::try_parse_from(["asphera", "volume", "v.nrrd", "--unit", "um"]).unwrap().command
+    else {
+        panic!("another command")
+    };
+    let error = run(&args).unwrap_err().to_string();
+    assert!(error.starts_with("--unit is that of a mesh in --regular"), "{error}");
 }
