@@ -6,8 +6,18 @@ mod dxf;
 mod path;
 mod svg;
 
-pub use dxf::read as read_dxf;
-pub use svg::{LeftOut, read as read_svg, read_and_count as read_svg_and_count};
+use std::collections::BTreeMap;
+
+pub use dxf::{read as read_dxf, read_and_count as read_dxf_and_count};
+pub use svg::{read as read_svg, read_and_count as read_svg_and_count};
+
+/// How many elements were left out, by their names; those of lines that are not shown are called `circle not shown`.
+pub type LeftOut = BTreeMap<String, usize>;
+
+/// Counts an element that is not shown.
+fn count_hidden(left_out: &mut LeftOut, name: &str) {
+    *left_out.entry(format!("{name} not shown")).or_default() += 1;
+}
 
 /// A place in the plane: x to the right and y up, in mm.
 pub type PlaceMm = [f64; 2];

@@ -7,7 +7,7 @@ use asphera_contour::PlaceMm;
 use asphera_contour::sampler::{
     BezierLine, Disturbance, Disturbed, SampledLine, Spacing, TrueCurve, borders,
 };
-use asphera_formats::drawing::{DrawnLine, LeftOut, read_dxf, read_svg_and_count};
+use asphera_formats::drawing::{DrawnLine, LeftOut, read_dxf_and_count, read_svg_and_count};
 use asphera_formats::mask;
 use clap::Args;
 use serde::Serialize;
@@ -81,7 +81,7 @@ struct SampleReport {
     samples: usize,
     outliers: usize,
     seed: u64,
-    /// How many elements of an SVG file are drawn and were not read, by their names.
+    /// How many elements of a drawing were not read, by their names.
     #[serde(skip_serializing_if = "LeftOut::is_empty")]
     left_out: LeftOut,
     /// What of an image is its shape.
@@ -180,7 +180,7 @@ fn sampled(args: &SampleArgs) -> Result<Taken, Failure> {
     }
     let (drawn, left_out) = match ending.as_deref() {
         Some("svg") => read_svg_and_count(&bytes).map_err(named)?,
-        Some("dxf") => (read_dxf(&bytes).map_err(named)?, LeftOut::new()),
+        Some("dxf") => read_dxf_and_count(&bytes).map_err(named)?,
         Some("png") => return image(args, &bytes, &spacing),
         _ => {
             return Err(format!(
@@ -340,7 +340,7 @@ impl SampleReport {
         );
         if !self.left_out.is_empty() {
             let found = counts(&self.left_out);
-            text.push_str(&format!("left out   {found}: paths and basic shapes alone are read\n"));
+            text.push_str(&format!("left out   {found}: paths and basic shapes alone are read, where they are shown\n"));
         }
         text.extend(self.image.as_ref().map(ImageFigures::words));
         if let Some(least_mm) = self.lfs_least_mm {

@@ -2,12 +2,16 @@
 //!
 //! Source: Autodesk, DXF Reference, "Entities section". Lines and arcs that meet within a millionth of the drawing's extent are joined. The unit
 //! is that of `$INSUNITS` (inches, mm, cm, m); without it a unit is 1 mm. Other entities are refused by name, but for texts, points and
-//! dimensions, which are no lines.
+//! dimensions, which are no lines. Entities that are invisible, or on a layer that is off or frozen, are counted, and not read.
+//!
+//! All but LINE have coordinates of their own ("Object coordinate systems"). They are those of the drawing where the extrusion direction
+//! is (0, 0, 1), and have x turned over where it is (0, 0, −1), as it is after MIRROR.
 
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
 use super::arc::Arc;
-use super::{DrawnLine, PlaceMm, straight};
+use super::{DrawnLine, LeftOut, PlaceMm, count_hidden, straight};
 use crate::error::quoted;
 use crate::scan::{decoded, finite, lines};
 use crate::{Format, Place, ReadError};
@@ -18,6 +22,15 @@ use crate::{Format, Place, ReadError};
 ///
 /// A group without a code or a value, a number that is none, an entity that is not read, with the line of the file.
 pub fn read(bytes: &[u8]) -> Result<Vec<DrawnLine>, ReadError> {
+    read_and_count(bytes).map(|(lines, _)| lines)
+}
+
+/// The lines of a drawing, and how many entities of each name are not shown and were left out.
+///
+/// # Errors
+///
+/// As [`read`].
+pub fn read_and_count(bytes: &[u8]) -> Result<(Vec<DrawnLine>, LeftOut), ReadError> {
     if bytes.starts_with(b"AutoCAD Binary DXF") {
         return Err(ReadError::Unsupported {
             format: Format::Dxf,
@@ -29,33 +42,98 @@ pub fn read(bytes: &[u8]) -> Result<Vec<DrawnLine>, ReadError> {
     let text = decoded(bytes);
     let groups = groups(text.as_bytes())?;
     let unit_mm = unit_mm(&groups);
-    let mut found = Vec::new();
+    let unseen = unseen_layers(&groups)?;
+    let (mut found, mut left_out) = (Vec::new(), LeftOut::new());
     let mut section = "";
     let mut index = 0;
     while index < groups.len() {
         let group = &groups[index];
-        let next = groups[index + 1..].iter().position(|group| group.code == 0);
-        let end = next.map_or(groups.len(), |next| index + 1 + next);
+        let mut end = end_of(&groups, index);
         let fields = &groups[index + 1..end];
         match (group.code, group.value.as_str()) {
             (0, "SECTION") => section = fields.first().map_or("", |field| field.value.as_str()),
             (0, "ENDSEC") => section = "",
             (0, "EOF") => break,
-            (0, "POLYLINE") if section == "ENTITIES" => {
-                let (line, after) = polyline(&groups, index, fields)?;
-                found.extend(line);
-                index = after;
-                continue;
+            (0, name) if section == "ENTITIES" => {
+                let line;
+                let is_shown = is_shown(fields, &unseen)?;
+                (line, end) = match name {
+                    "POLYLINE" => polyline(&groups, index, fields)?,
+                    _ if is_shown => (entity(name, group.line, fields)?, end),
+                    _ => (None, end),
+                };
+                match is_shown {
+                    true => found.extend(line.map(|line| placed(line, group, fields)).transpose()?),
+                    false if NO_LINES.contains(&name) => {}
+                    false => count_hidden(&mut left_out, name),
+                }
             }
-            (0, name) if section == "ENTITIES" => found.extend(entity(name, group.line, fields)?),
             _ => {}
         }
         index = end;
     }
     let scaled =
         found.into_iter().map(|line: DrawnLine| line.mapped(|[x, y]| [unit_mm * x, unit_mm * y]));
-    Ok(joined(scaled.collect()))
+    Ok((joined(scaled.collect()), left_out))
 }
+
+/// Where the group after one begins that begins something: an entity, a section.
+fn end_of(groups: &[Group], index: usize) -> usize {
+    let next = groups[index + 1..].iter().position(|group| group.code == 0);
+    next.map_or(groups.len(), |next| index + 1 + next)
+}
+
+/// The layers that are off or frozen, in small letters.
+fn unseen_layers(groups: &[Group]) -> Result<BTreeSet<String>, ReadError> {
+    let mut unseen = BTreeSet::new();
+    for (index, group) in groups.iter().enumerate() {
+        if group.code != 0 || group.value != "LAYER" {
+            continue;
+        }
+        let fields = &groups[index + 1..end_of(groups, index)];
+        let (is_off, is_frozen) = (value(fields, 62)? < 0.0, has_bit(fields, FROZEN)?);
+        if is_off || is_frozen {
+            let name = fields.iter().find(|field| field.code == 2);
+            unseen.extend(name.map(|name| name.value.to_lowercase()));
+        }
+    }
+    Ok(unseen)
+}
+
+/// Whether an entity is shown, and its layer is.
+fn is_shown(fields: &[Group], unseen: &BTreeSet<String>) -> Result<bool, ReadError> {
+    let layer = fields.iter().find(|field| field.code == 8);
+    let is_unseen = layer.is_some_and(|layer| unseen.contains(&layer.value.to_lowercase()));
+    Ok(!is_unseen && value(fields, 60)? != 1.0)
+}
+
+/// A line of an entity in the coordinates of the drawing.
+fn placed(line: DrawnLine, entity: &Group, fields: &[Group]) -> Result<DrawnLine, ReadError> {
+    let is_in_space = entity.value == "POLYLINE" && has_bit(fields, IN_SPACE)?;
+    if entity.value == "LINE" || is_in_space {
+        return Ok(line);
+    }
+    let [x, y] = [value(fields, 210)?, value(fields, 220)?];
+    let z = value_or(fields, 230, 1.0)?;
+    if x.abs().max(y.abs()) > SAME_DIRECTION * z.abs() || z == 0.0 {
+        return Err(ReadError::Unsupported {
+            format: Format::Dxf,
+            place: Place::Line { line: entity.line, column: 0 },
+            expected: "0, 0, 1 or 0, 0, -1: draw it in the plane x, y".to_owned(),
+            found: format!("{} with the extrusion direction {x}, {y}, {z}", entity.value),
+        });
+    }
+    // The arbitrary axis algorithm gives (−1, 0, 0) and (0, 1, 0) as axes of (0, 0, −1).
+    Ok(if z < 0.0 { line.mapped(|[x, y]| [-x, y]) } else { line })
+}
+
+/// Bits of the flags, group 70: a polyline that is closed, one in space with the coordinates of the drawing; a layer that is frozen.
+const CLOSED: i64 = 1;
+const IN_SPACE: i64 = 8;
+const FROZEN: i64 = 1;
+
+/// Directions that differ by less are one: numbers of a file are rounded.
+const SAME_DIRECTION: f64 = 1e-9;
 
 /// A code and its value.
 struct Group {
@@ -110,7 +188,16 @@ fn unit_mm(groups: &[Group]) -> f64 {
 
 /// The last value of a code among fields, or 0.
 fn value(fields: &[Group], code: i32) -> Result<f64, ReadError> {
-    fields.iter().rev().find(|field| field.code == code).map_or(Ok(0.0), Group::number)
+    value_or(fields, code, 0.0)
+}
+
+fn value_or(fields: &[Group], code: i32, default: f64) -> Result<f64, ReadError> {
+    fields.iter().rev().find(|field| field.code == code).map_or(Ok(default), Group::number)
+}
+
+/// Whether the flags, group 70, have a bit.
+fn has_bit(fields: &[Group], bit: i64) -> Result<bool, ReadError> {
+    Ok(value(fields, 70)? as i64 & bit != 0)
 }
 
 /// Entities that are no lines.
@@ -163,7 +250,7 @@ fn entity(name: &str, line: usize, fields: &[Group]) -> Result<Option<DrawnLine>
                     _ => {}
                 }
             }
-            Ok(bulged(&corners, value(fields, 70)? as i64 & 1 == 1))
+            Ok(bulged(&corners, has_bit(fields, CLOSED)?))
         }
         name if NO_LINES.contains(&name) => Ok(None),
         name => Err(ReadError::Unsupported {
@@ -181,12 +268,11 @@ fn polyline(
     start: usize,
     fields: &[Group],
 ) -> Result<(Option<DrawnLine>, usize), ReadError> {
-    let is_closed = value(fields, 70)? as i64 & 1 == 1;
+    let is_closed = has_bit(fields, CLOSED)?;
     let mut corners = Vec::new();
     let mut index = start + 1 + fields.len();
     while let Some(group) = groups.get(index) {
-        let next = groups[index + 1..].iter().position(|group| group.code == 0);
-        let end = next.map_or(groups.len(), |next| index + 1 + next);
+        let end = end_of(groups, index);
         let fields = &groups[index + 1..end];
         index = end;
         match group.value.as_str() {

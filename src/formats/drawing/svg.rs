@@ -5,14 +5,12 @@
 //! `defs`, clip paths, masks, markers, patterns and symbols is not drawn, so it is passed over. Texts, images and copies by `use` are drawn, but
 //! not read: they are counted.
 
-use std::collections::BTreeMap;
-
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
 use super::affine::Affine;
 use super::arc::Arc;
-use super::{DrawnLine, PlaceMm, path};
+use super::{DrawnLine, LeftOut, PlaceMm, path};
 use crate::error::quoted;
 use crate::scan::decoded;
 use crate::{Format, Place, ReadError};
@@ -56,9 +54,6 @@ pub fn read_and_count(bytes: &[u8]) -> Result<(Vec<DrawnLine>, LeftOut), ReadErr
         false => Err(malformed(Place::Byte(0), "an element svg", "none".to_owned())),
     }
 }
-
-/// How many elements of each name were left out.
-pub type LeftOut = BTreeMap<String, usize>;
 
 /// What was read so far.
 #[derive(Default)]

@@ -179,3 +179,66 @@ fn dxf_units_and_mistakes() {
     assert!(read_dxf(b"hello\nworld\n").is_err());
     assert!(read_dxf(b"AutoCAD Binary DXF\r\n").is_err());
 }
+
+/// Golden facts of AutoCAD's "arbitrary axis algorithm": of (0, 0, −1) the axes are (−1, 0, 0) and (0, 1, 0).
+#[test]
+fn mirrored_entities_of_dxf_lie_where_they_are() {
+    const MIRRORED: &str = "210;0;220;0;230;-1;";
+    let circle = dxf(&format!("0;CIRCLE;10;-30;20;4;40;2;{MIRRORED}"));
+    on_circle(&read_dxf(&circle).unwrap()[0], [30.0, 4.0], 2.0);
+    // From 0° to 90° about (−3, 0): on the drawing from (1, 0) up to (3, 2).
+    let arc = dxf(&format!("0;ARC;10;-3;20;0;40;2;50;0;51;90;{MIRRORED}"));
+    let line = &read_dxf(&arc).unwrap()[0];
+    on_circle(line, [3.0, 0.0], 2.0);
+    let [from, to] = [line.pieces[0][0], line.pieces.last().unwrap()[3]];
+    assert!((from[0] - 1.0).hypot(from[1]) < 1e-12 && (to[0] - 3.0).hypot(to[1] - 2.0) < 1e-12);
+    // A half circle from (−1, 0) to (−3, 0) that bulges up in its own coordinates and in those of the drawing.
+    let bulged = "10;-1;20;0;42;1;10;-3;20;0;";
+    let light = dxf(&format!("0;LWPOLYLINE;90;2;70;0;{MIRRORED}{bulged}"));
+    let heavy = "0;VERTEX;10;-1;20;0;42;1;0;VERTEX;10;-3;20;0;0;SEQEND;";
+    let heavy = dxf(&format!("0;POLYLINE;66;1;{MIRRORED}{heavy}"));
+    for file in [light, heavy] {
+        let line = &read_dxf(&file).unwrap()[0];
+        on_circle(line, [2.0, 0.0], 1.0);
+        assert_eq!((line.pieces[0][0], at(line.pieces[8], 0.0)[1] > 0.999), ([1.0, 0.0], true));
+    }
+    // A LINE, and a POLYLINE in space, have the coordinates of the drawing whatever their direction is.
+    let line = dxf("0;LINE;10;1;20;2;11;3;21;4;210;0;220;1;230;0;");
+    let space = "0;VERTEX;10;1;20;2;70;32;0;VERTEX;10;3;20;4;70;32;0;SEQEND;";
+    let space = dxf(&format!("0;POLYLINE;70;8;{MIRRORED}{space}"));
+    for file in [line, space] {
+        assert_eq!(corners(&read_dxf(&file).unwrap()[0]), [[1.0, 2.0], [3.0, 4.0]]);
+    }
+    let plain = dxf("0;CIRCLE;10;-30;20;4;40;2;210;0;220;1e-17;230;1;");
+    on_circle(&read_dxf(&plain).unwrap()[0], [-30.0, 4.0], 2.0);
+    let tilted = read_dxf(&dxf("0;CIRCLE;10;0;20;0;40;2;210;0;220;0.6;230;0.8;")).unwrap_err();
+    assert_eq!(
+        tilted.to_string(),
+        "DXF file, line 6: CIRCLE with the extrusion direction 0, 0.6, 0.8 is not supported, expected 0, 0, 1 or 0, 0, -1: \
+         draw it in the plane x, y"
+    );
+}
+
+#[test]
+fn entities_of_dxf_that_are_not_shown_are_counted() {
+    let layers = "0\nSECTION\n2\nTABLES\n0\nTABLE\n2\nLAYER\n\
+        0\nLAYER\n2\nOff\n70\n0\n62\n-7\n0\nLAYER\n2\ncold\n70\n1\n62\n7\n0\nLAYER\n2\nshown\n70\n4\n62\n7\n\
+        0\nENDTAB\n0\nENDSEC\n";
+    let circle = |fields: &str| format!("0;CIRCLE;{fields}10;0;20;0;40;2;");
+    let entities = [
+        circle("8;shown;60;0;"),
+        circle("8;shown;60;1;"),
+        circle("8;OFF;"),
+        circle("8;cold;"),
+        "0;SPLINE;8;cold;0;TEXT;8;cold;1;a;".to_owned(),
+        "0;POLYLINE;8;off;0;VERTEX;8;shown;10;1;20;0;0;VERTEX;8;shown;10;2;20;0;0;SEQEND;"
+            .to_owned(),
+    ];
+    let file = [layers.as_bytes(), &dxf(&entities.concat())].concat();
+    let (lines, left_out) = read_dxf_and_count(&file).unwrap();
+    assert_eq!(lines, read_dxf(&dxf(&circle(""))).unwrap());
+    let counted = |name: &str| left_out.get(name).copied();
+    assert_eq!(counted("CIRCLE not shown"), Some(3));
+    assert_eq!([counted("SPLINE not shown"), counted("POLYLINE not shown")], [Some(1); 2]);
+    assert_eq!(left_out.len(), 3);
+}
