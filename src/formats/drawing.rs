@@ -4,7 +4,9 @@ mod affine;
 mod arc;
 mod dxf;
 mod path;
+mod style;
 mod svg;
+mod viewport;
 
 use std::collections::BTreeMap;
 

@@ -3,14 +3,15 @@
 //! Lines come in the order of the file, with all transforms done. y is turned: it points down in the file and up here. A unit of the
 //! picture is what width and viewBox of the root say where the width has a unit (mm, cm, in, pt, pc); elsewhere it is 1 mm. What lies in
 //! `defs`, clip paths, masks, markers, patterns and symbols is not drawn, so it is passed over. Texts, images and copies by `use` are drawn, but
-//! not read: they are counted.
+//! not read: they are counted. So are shapes that are not shown. Nothing is clipped.
 
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
 use super::affine::Affine;
 use super::arc::Arc;
-use super::{DrawnLine, LeftOut, PlaceMm, path};
+use super::style::{Shown, StyleSheet};
+use super::{DrawnLine, LeftOut, PlaceMm, count_hidden, path, viewport};
 use crate::error::quoted;
 use crate::scan::decoded;
 use crate::{Format, Place, ReadError};
@@ -32,27 +33,59 @@ pub fn read(bytes: &[u8]) -> Result<Vec<DrawnLine>, ReadError> {
 /// As [`read`].
 pub fn read_and_count(bytes: &[u8]) -> Result<(Vec<DrawnLine>, LeftOut), ReadError> {
     let text = decoded(bytes);
-    let mut reader = Reader::from_str(&text);
-    let mut drawing = Drawing::default();
+    let mut drawing = Drawing { sheet: StyleSheet::parse(&style(&text)?)?, ..Drawing::default() };
+    each(&text, |event| {
+        match event {
+            Event::Start(start) => drawing.open(&start, true)?,
+            Event::Empty(start) => drawing.open(&start, false)?,
+            Event::End(_) => {
+                drawing.open.pop();
+            }
+            _ => {}
+        }
+        Ok(())
+    })?;
+    match drawing.has_root {
+        true => Ok((drawing.lines, drawing.left_out)),
+        false => Err(malformed(Place::Byte(0), "an element svg", "none".to_owned())),
+    }
+}
+
+/// Does something for every event of a text.
+fn each(
+    text: &str,
+    mut take: impl FnMut(Event<'_>) -> Result<(), ReadError>,
+) -> Result<(), ReadError> {
+    let mut reader = Reader::from_str(text);
     loop {
         let event = reader.read_event().map_err(|error| {
             let at = reader.error_position();
             malformed(Place::Byte(at), "well-formed XML", error.to_string())
         })?;
         match event {
-            Event::Start(start) => drawing.open(&start, true)?,
-            Event::Empty(start) => drawing.open(&start, false)?,
-            Event::End(_) => {
-                drawing.open_maps.pop();
-            }
-            Event::Eof => break,
-            _ => {}
+            Event::Eof => return Ok(()),
+            event => take(event)?,
         }
     }
-    match drawing.has_root {
-        true => Ok((drawing.lines, drawing.left_out)),
-        false => Err(malformed(Place::Byte(0), "an element svg", "none".to_owned())),
-    }
+}
+
+/// The text of all elements `style`: their rules hold of shapes before them, too.
+fn style(text: &str) -> Result<String, ReadError> {
+    let mut style = String::new();
+    let mut is_within = false;
+    each(text, |event| {
+        match event {
+            Event::Start(start) => is_within = start.local_name().into_inner() == "style",
+            Event::End(_) => is_within = false,
+            Event::Text(part) if is_within => style.push_str(&part.xml10_content()),
+            Event::CData(part) if is_within => style.push_str(&part.xml10_content()),
+            // A sign such as `&gt;` is of no selector that is read.
+            Event::GeneralRef(_) if is_within => style.push('&'),
+            _ => {}
+        }
+        Ok(())
+    })?;
+    Ok(style)
 }
 
 /// What was read so far.
@@ -60,9 +93,18 @@ pub fn read_and_count(bytes: &[u8]) -> Result<(Vec<DrawnLine>, LeftOut), ReadErr
 struct Drawing {
     lines: Vec<DrawnLine>,
     left_out: LeftOut,
-    /// The map of each open element to mm; `None` within one that is not drawn.
-    open_maps: Vec<Option<Affine>>,
+    sheet: StyleSheet,
+    /// The elements that are open.
+    open: Vec<Open>,
     has_root: bool,
+}
+
+/// An open element.
+#[derive(Clone, Copy)]
+struct Open {
+    /// Its map to mm; `None` within one that is not drawn.
+    map: Option<Affine>,
+    shown: Shown,
 }
 
 /// Elements whose content is not drawn where it stands.
@@ -72,35 +114,48 @@ const NOT_DRAWN: [&str; 8] =
 /// Elements that are drawn, and whose lines are not read.
 const NOT_READ: [&str; 4] = ["use", "text", "image", "foreignObject"];
 
+/// Elements that have lines.
+const SHAPES: [&str; 7] = ["path", "line", "polyline", "polygon", "circle", "ellipse", "rect"];
+
 impl Drawing {
     fn open(&mut self, start: &BytesStart<'_>, stays_open: bool) -> Result<(), ReadError> {
         let tag = Tag::new(start)?;
-        let outer = match self.open_maps.last() {
+        let outer = match self.open.last() {
             Some(outer) => *outer,
-            None => Some(tag.root_map()?),
+            None => Open { map: Some(tag.root_map()?), shown: Shown::ALL },
         };
-        self.has_root |= tag.name == "svg";
-        if outer.is_some() && NOT_READ.contains(&tag.name.as_str()) {
-            *self.left_out.entry(tag.name.clone()).or_default() += 1;
+        let name = tag.name.as_str();
+        let is_nested = name == "svg" && self.has_root;
+        self.has_root |= name == "svg";
+        let shown = outer.shown.within(&tag, &self.sheet);
+        if outer.map.is_some() && shown.are_lines() && NOT_READ.contains(&name) {
+            *self.left_out.entry(name.to_owned()).or_default() += 1;
         }
-        let map = match outer.filter(|_| !NOT_DRAWN.contains(&tag.name.as_str())) {
+        let map = match outer.map.filter(|_| !NOT_DRAWN.contains(&name)) {
+            Some(outer) if is_nested => {
+                Some(outer.after(tag.transform()?).after(tag.viewport_map()?))
+            }
             Some(outer) => Some(outer.after(tag.transform()?)),
             None => None,
         };
-        if let Some(map) = map {
-            let lines = tag.lines()?;
-            self.lines.extend(lines.into_iter().map(|line| line.mapped(|place| map.of(place))));
+        match map.filter(|_| SHAPES.contains(&name)) {
+            Some(map) if shown.are_lines() => {
+                let lines = tag.lines()?;
+                self.lines.extend(lines.into_iter().map(|line| line.mapped(|place| map.of(place))));
+            }
+            Some(_) => count_hidden(&mut self.left_out, name),
+            None => {}
         }
         if stays_open {
-            self.open_maps.push(map);
+            self.open.push(Open { map, shown });
         }
         Ok(())
     }
 }
 
 /// An element with its attributes.
-struct Tag {
-    name: String,
+pub(super) struct Tag {
+    pub(super) name: String,
     attributes: Vec<(String, String)>,
 }
 
@@ -117,7 +172,7 @@ impl Tag {
         Ok(Tag { name, attributes })
     }
 
-    fn get(&self, key: &str) -> Option<&str> {
+    pub(super) fn get(&self, key: &str) -> Option<&str> {
         self.attributes.iter().find(|(name, _)| name == key).map(|(_, value)| value.as_str())
     }
 
@@ -140,20 +195,41 @@ impl Tag {
 
     /// The map of the root from its units to mm, y up.
     fn root_map(&self) -> Result<Affine, ReadError> {
-        let scale = match (self.get("width").and_then(absolute_mm), self.get("viewBox")) {
-            (Some(width_mm), Some(text)) => {
-                let words = text.split([',', ' ']).filter(|word| !word.is_empty());
-                let numbers: Vec<f64> = words.filter_map(|word| word.parse().ok()).collect();
-                match numbers[..] {
-                    [_, _, width, height] if width > 0.0 && height > 0.0 => width_mm / width,
-                    _ => return Err(self.malformed("a viewBox of four numbers", text)),
-                }
-            }
+        let scale = match (self.get("width").and_then(absolute_mm), self.view_box()) {
+            (Some(width_mm), Some(view_box)) => width_mm / view_box?[2],
             // Without a viewBox a unit is a pixel of CSS.
             (Some(_), None) => 25.4 / 96.0,
             (None, _) => 1.0,
         };
         Ok(Affine([scale, 0.0, 0.0, -scale, 0.0, 0.0]))
+    }
+
+    /// The map from the units of an `svg` within another to those about it.
+    fn viewport_map(&self) -> Result<Affine, ReadError> {
+        let place = [self.length("x")?, self.length("y")?];
+        let Some(view_box) = self.view_box().transpose()? else {
+            return Ok(Affine([1.0, 0.0, 0.0, 1.0, place[0], place[1]]));
+        };
+        let size = [self.length("width")?, self.length("height")?];
+        if size.iter().any(|side| *side <= 0.0) {
+            let found = self.get("viewBox").unwrap_or_default();
+            return Err(self.malformed("width and height above 0 beside a viewBox", found));
+        }
+        let ratio = self.get("preserveAspectRatio").unwrap_or_default();
+        viewport::map(place, size, view_box, ratio)
+            .ok_or_else(|| self.malformed("a preserveAspectRatio", ratio))
+    }
+
+    /// Left, top, width and height of the viewBox.
+    fn view_box(&self) -> Option<Result<[f64; 4], ReadError>> {
+        let text = self.get("viewBox")?;
+        let words = text.split([',', ' ', '\t', '\n', '\r']).filter(|word| !word.is_empty());
+        let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
+        let numbers: Option<[f64; 4]> = numbers.and_then(|numbers| numbers.try_into().ok());
+        let numbers = numbers.filter(|all| {
+            all.iter().all(|value| value.is_finite()) && all[2] > 0.0 && all[3] > 0.0
+        });
+        Some(numbers.ok_or_else(|| self.malformed("a viewBox of four numbers", text)))
     }
 
     /// The lines of a shape in its own units.

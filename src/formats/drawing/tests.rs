@@ -132,6 +132,92 @@ fn what_is_not_understood_is_refused_with_its_place() {
     assert!(read_svg(b"<svg/>").unwrap().is_empty());
 }
 
+#[test]
+fn shapes_that_are_not_shown_are_counted() {
+    let read = |body: &str| read_svg_and_count(format!("<svg>{body}</svg>").as_bytes()).unwrap();
+    let hidden = |body: &str| {
+        let (lines, left_out) = read(&format!("<path d='M0 0L1 0'/>{body}"));
+        let count = left_out.get("circle not shown").copied();
+        lines.len() == 1 && count == Some(1) && left_out.len() == 1
+    };
+    let with = |attributes: &str| format!("<circle r='5' {attributes}/>");
+    assert!(hidden(&with("display='none'")));
+    assert!(hidden(&with("style='fill:red; Display : NONE !important'")));
+    assert!(hidden(&with("visibility='hidden'")) && hidden(&with("style='visibility:collapse'")));
+    assert!(hidden(&format!("<g style='display:none'><g display='inline'>{}</g></g>", with(""))));
+    // The rules stand behind the shape, in a comment and a section of characters.
+    let sheet = |rules: &str, attributes: &str| {
+        format!("{}<style><![CDATA[ @import 'a.css'; {rules} ]]></style>", with(attributes))
+    };
+    let ways = [".h", "circle", "*.h", "#c", "rect, circle.h", ".h.k#c"];
+    for way in ways {
+        let rules = format!("/* a {{}} */ {way} {{ fill: none; display: none }}");
+        assert!(hidden(&sheet(&rules, "class='k h' id='c'")), "{way}");
+        let shown = sheet(&rules, "class='k h' id='c' style='display:inline'");
+        assert_eq!(read(&shown).1.len(), 0, "{way}");
+    }
+    for (rules, attributes) in [
+        (".h{display:none}", "class='hh'"),
+        (".h{visibility:visible}", "class='h' visibility='hidden'"),
+        ("#c{display:block} .h{display:none}", "class='h' id='c'"),
+        (".h{display:none} .h{display:block}", "class='h'"),
+        (".h{display:block !important}", "class='h' style='display:none'"),
+        ("g .h{fill:red} @font-face{src:url(a)}", "class='h'"),
+    ] {
+        let (lines, left_out) = read(&sheet(rules, attributes));
+        assert_eq!((lines.len(), left_out.len()), (1, 0), "{rules}");
+    }
+    // A child of what is not visible may be; a child of what is not displayed never is. Texts that are not shown are nothing.
+    let child = "<circle r='5' visibility='visible'/><text>a</text>";
+    let (lines, left_out) = read(&format!("<g visibility='hidden'>{child}<rect/></g>"));
+    assert_eq!((lines.len(), left_out.len(), left_out["rect not shown"]), (1, 1, 1));
+    assert!(hidden(&format!("<g display='none'>{child}</g>")));
+    let refused = |rules: &str| {
+        read_svg(format!("<svg>{}</svg>", sheet(rules, "")).as_bytes()).unwrap_err().to_string()
+    };
+    let said = refused("g > .h { display: none }");
+    assert_eq!(
+        said,
+        "SVG file, element style: \"g > .h\" is not supported, expected a name, a class or an id that sets display or visibility"
+    );
+    assert!(refused("@media print { .h { display: none } }").contains("\"@media print\""));
+}
+
+/// SVG 2, 8.2: a viewport within another has a place, and its view box a scale.
+#[test]
+fn drawings_within_drawings_lie_in_their_viewports() {
+    let place = |attributes: &str| {
+        let text =
+            format!("<svg x='7' y='7'><svg {attributes}><path d='M10 20L30 20'/></svg></svg>");
+        read_svg(text.as_bytes()).map(|lines| corners(&lines[0])).map_err(|error| error.to_string())
+    };
+    assert_eq!(place("x='100' y='5px'").unwrap(), [[110.0, -25.0], [130.0, -25.0]]);
+    assert_eq!(
+        place("x='100' transform='scale(2)' width='9'").unwrap(),
+        [[220.0, -40.0], [260.0, -40.0]]
+    );
+    // 20 × 20 units in a viewport of 80 × 40: twice as large, and 20 right; or 4 and 2 times as large.
+    let boxed = "x='100' width='80' height='40' viewBox='10 20 20,20' preserveAspectRatio=";
+    for (ratio, expected) in [
+        ("xMidYMid meet", [[120.0, 0.0], [160.0, 0.0]]),
+        ("xMinYMid", [[100.0, 0.0], [140.0, 0.0]]),
+        ("xMaxYMax", [[140.0, 0.0], [180.0, 0.0]]),
+        ("xMidYMid slice", [[100.0, 20.0], [180.0, 20.0]]),
+        ("none", [[100.0, 0.0], [180.0, 0.0]]),
+    ] {
+        assert_eq!(place(&format!("{boxed}'{ratio}'")).unwrap(), expected, "{ratio}");
+    }
+    assert!(place(&format!("{boxed}'left'")).unwrap_err().contains("a preserveAspectRatio"));
+    assert!(
+        place("viewBox='0 0 1 1'").unwrap_err().contains("element svg: expected width and height")
+    );
+    assert!(
+        place("width='50%' height='1' viewBox='0 0 1 1'")
+            .unwrap_err()
+            .contains("a number as width")
+    );
+}
+
 /// The text of a DXF file with entities.
 fn dxf(entities: &str) -> Vec<u8> {
     let text = format!("0\nSECTION\n2\nENTITIES\n{entities}0\nENDSEC\n0\nEOF\n");
