@@ -21,7 +21,7 @@ use crate::{Format, Place, ReadError, Topography};
 ///
 /// # Errors
 ///
-/// A header that is none or of another kind; fewer vertices than it tells; a vertex without three numbers, or with one that is
+/// A header that is none or of another kind; fewer vertices or faces than it tells, or more lines; a vertex without three numbers, or with one that is
 /// infinite, with its line; no vertex; more than [`MAX_POINTS`](crate::MAX_POINTS) of them.
 ///
 /// # Example
@@ -35,8 +35,10 @@ use crate::{Format, Place, ReadError, Topography};
 pub fn read(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError> {
     let mut points = Points::new(Lengths::of(FORMAT, None, options)?);
     let mut lines = content(without_bom(bytes)).peekable();
-    let [count, _] = counted(&mut lines)?;
-    let last = vertices(&mut lines, count, |point, place| points.push(point, || place.clone()))?;
+    let counts = counted(&mut lines)?;
+    let last =
+        vertices(&mut lines, counts[0], |point, place| points.push(point, || place.clone()))?;
+    faces(&mut lines, counts, last, |_, _, _| Ok(()))?;
     points.finish([1, 2, 3], Place::Line { line: last, column: 0 })
 }
 
@@ -46,30 +48,47 @@ pub fn read(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError
 ///
 /// # Errors
 ///
-/// Those of [`read`]; fewer faces than the file tells; a face without the number and the numbers of its corners, or with one that
+/// Those of [`read`]; a face without the number and the numbers of its corners, or with one that
 /// the file does not have, with its line.
 pub fn read_triangles(bytes: &[u8], options: &TextOptions) -> Result<Option<Triangles>, ReadError> {
     let mut mesh = Gathered::new(Lengths::of(FORMAT, None, options)?);
     let mut lines = content(without_bom(bytes)).peekable();
-    let [count, faces] = counted(&mut lines)?;
-    let mut last =
-        vertices(&mut lines, count, |point, place| mesh.corner(point, || place.clone()))?;
+    let counts = counted(&mut lines)?;
+    let last =
+        vertices(&mut lines, counts[0], |point, place| mesh.corner(point, || place.clone()))?;
+    faces(&mut lines, counts, last, |read, line, content| {
+        let corners = corners(content).ok_or_else(|| {
+            let expected =
+                format!("number and numbers of the corners of face {read} of {}", counts[1]);
+            malformed(line, expected, quoted(content))
+        })?;
+        mesh.polygon(&corners).map_err(|TooFar { corner, expected }| {
+            malformed(line, expected, format!("corner {}", corners[corner]))
+        })
+    })?;
+    Ok(mesh.finish())
+}
+
+/// Goes through the lines of the faces, each with its number from 1 and that of its line, up to the end of the file. `last` is the line
+/// of the last vertex.
+fn faces<'a>(
+    lines: &mut impl Iterator<Item = (usize, &'a [u8])>,
+    [vertices, faces]: [u64; 2],
+    mut last: usize,
+    mut take: impl FnMut(u64, usize, &'a [u8]) -> Result<(), ReadError>,
+) -> Result<(), ReadError> {
     for read in 0..faces {
         let Some((line, content)) = lines.next() else {
             let found = format!("the end of the file after {read}");
             return Err(malformed(last, format!("{faces} faces"), found));
         };
         last = line;
-        let corners = corners(content).ok_or_else(|| {
-            let expected =
-                format!("number and numbers of the corners of face {} of {faces}", read + 1);
-            malformed(line, expected, quoted(content))
-        })?;
-        mesh.polygon(&corners).map_err(|TooFar { corner, expected }| {
-            malformed(line, expected, format!("corner {}", corners[corner]))
-        })?;
+        take(read + 1, line, content)?;
     }
-    Ok(mesh.finish())
+    let Some((line, content)) = lines.next() else { return Ok(()) };
+    let expected = format!("the end of the file after {vertices} vertices and {faces} faces");
+    let found = format!("{}: the numbers in the header may be wrong", quoted(content));
+    Err(malformed(line, expected, found))
 }
 
 /// Reads `count` vertices and gives the line of the last one.

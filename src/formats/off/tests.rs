@@ -57,6 +57,28 @@ fn faults_are_named_with_their_line() {
     assert!(named.contains("expected OFF, alone or with the numbers"), "{named}");
 }
 
+/// As points and as a mesh: a wrong number of vertices makes points of faces.
+#[test]
+fn files_that_go_on_or_end_early_are_refused() {
+    let vertices = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+    let file = |counts: &str| format!("OFF\n{counts} 0\n{vertices}3 0 1 2\n# more\n3 2 3 0\n");
+    let both = |counts: &str| {
+        let text = file(counts);
+        let mesh = read_triangles(text.as_bytes(), &TextOptions::default()).map(|_| ());
+        [message(text.as_bytes()), mesh.unwrap_err().to_string()]
+    };
+    assert_eq!(points(file("4 2").as_bytes()).len(), 4);
+    let more = both("4 1");
+    assert_eq!(more[0], more[1]);
+    assert_eq!(
+        more[0],
+        "OFF file, line 9: expected the end of the file after 4 vertices and 1 faces, found \"3 2 3 0\": \
+         the numbers in the header may be wrong"
+    );
+    assert!(both("5 2").iter().all(|said| said.contains("expected 2 faces, found the end of")));
+    assert!(both("3 2").iter().all(|said| said.contains("line 9: expected the end of the file")));
+}
+
 #[test]
 fn changed_files_never_panic() {
     hold_against_changes(CUBE, |bytes| read(bytes, &TextOptions::default()));

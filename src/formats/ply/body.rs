@@ -2,7 +2,7 @@
 
 use super::header::{Element, Encoding, Header, Kind, Property, malformed};
 use crate::error::quoted;
-use crate::lengths::number;
+use crate::lengths::{number, words};
 use crate::{Format, Place, ReadError};
 
 /// What a record is read for.
@@ -113,7 +113,35 @@ impl<'a> Body<'a> {
             _ => Ok(()),
         }
     }
+
+    /// Fails where anything lies behind the last element.
+    pub(super) fn finish(&mut self, last: &Element) -> Result<(), ReadError> {
+        let (place, found) = match self {
+            Body::Text(words) => match words.row() {
+                Some(row) => (Place::Line { line: words.line, column: 0 }, quoted(row)),
+                None => return Ok(()),
+            },
+            Body::Bytes(numbers) => match numbers.bytes.len() - numbers.at {
+                0 => return Ok(()),
+                more => (Place::Byte(numbers.at as u64), format!("{more} more bytes")),
+            },
+        };
+        Err(goes_on(last, place, &found))
+    }
 }
+
+/// The error of a file that goes on behind its last element.
+pub(super) fn goes_on(last: &Element, place: Place, found: &str) -> ReadError {
+    ReadError::Malformed {
+        format: Format::Ply,
+        place,
+        expected: format!("the end of the file after {}", expected(last)),
+        found: format!("{found}: {CURE}"),
+    }
+}
+
+/// A property that lacks moves the numbers as a wrong count does.
+const CURE: &str = "a count or a property in the header may be wrong";
 
 /// Bytes of a record without lists.
 pub(super) fn fixed_size(element: &Element) -> Option<usize> {
@@ -124,7 +152,7 @@ pub(super) fn fixed_size(element: &Element) -> Option<usize> {
     sizes.sum()
 }
 
-/// Numbers as text, separated by white space and lines.
+/// Numbers as text: a line is a record, and empty lines are none.
 pub(super) struct Words<'a> {
     rest: &'a [u8],
     line: usize,
@@ -133,7 +161,8 @@ pub(super) struct Words<'a> {
 }
 
 impl<'a> Words<'a> {
-    fn next(&mut self) -> Option<&'a [u8]> {
+    /// The next line that holds anything.
+    fn row(&mut self) -> Option<&'a [u8]> {
         while let [first, rest @ ..] = self.rest
             && first.is_ascii_whitespace()
         {
@@ -141,11 +170,11 @@ impl<'a> Words<'a> {
                 usize::from(*first == b'\n' || *first == b'\r' && !rest.starts_with(b"\n"));
             self.rest = rest;
         }
-        let found = self.rest.iter().position(u8::is_ascii_whitespace);
-        self.may_be_cut = found.is_none();
-        let (word, rest) = self.rest.split_at(found.unwrap_or(self.rest.len()));
+        let found = self.rest.iter().position(|byte| matches!(byte, b'\n' | b'\r'));
+        let (row, rest) = self.rest.split_at(found.unwrap_or(self.rest.len()));
+        self.may_be_cut = rest.is_empty() && !row.ends_with(b" ") && !row.ends_with(b"\t");
         self.rest = rest;
-        (!word.is_empty()).then_some(word)
+        (!row.is_empty()).then_some(row)
     }
 
     fn number(&self, word: &[u8]) -> Result<f64, ReadError> {
@@ -158,8 +187,11 @@ impl<'a> Words<'a> {
         index: u64,
         mut wanted: Wanted<'_>,
     ) -> Result<(), ReadError> {
+        let row = self.row().ok_or_else(|| self.ended(element, index))?;
+        let mut left = words(row);
+        let mut asked = element.properties.len() as u64;
         for (place, property) in element.properties.iter().enumerate() {
-            let word = self.next().ok_or_else(|| self.ended(element, index))?;
+            let word = left.next().ok_or_else(|| self.wrong_row(element, index, asked, row))?;
             match property {
                 Property::Number { .. } => wanted.take(place, self.number(word)?),
                 Property::List { .. } => {
@@ -169,8 +201,11 @@ impl<'a> Words<'a> {
                         return Err(malformed(self.line, expected, quoted(word)));
                     };
                     let count: u64 = count;
+                    asked = asked.saturating_add(count);
                     for _ in 0..count {
-                        let word = self.next().ok_or_else(|| self.ended(element, index))?;
+                        let word = left
+                            .next()
+                            .ok_or_else(|| self.wrong_row(element, index, asked, row))?;
                         if let Some(list) = wanted.list(place) {
                             list.push(self.number(word)?);
                         }
@@ -178,7 +213,20 @@ impl<'a> Words<'a> {
                 }
             }
         }
-        Ok(())
+        match left.next() {
+            Some(_) => Err(self.wrong_row(element, index, asked, row)),
+            None => Ok(()),
+        }
+    }
+
+    /// The error of a line with more or fewer numbers than its element has; the last one of a file may be cut.
+    fn wrong_row(&self, element: &Element, index: u64, asked: u64, row: &[u8]) -> ReadError {
+        let found = words(row).count() as u64;
+        if found < asked && self.rest.trim_ascii().is_empty() {
+            return self.ended(element, index);
+        }
+        let expected = format!("{asked} numbers in row {} of {}", index + 1, expected(element));
+        malformed(self.line, &expected, format!("{found}: {CURE}"))
     }
 
     fn ended(&self, element: &Element, index: u64) -> ReadError {

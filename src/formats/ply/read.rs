@@ -14,7 +14,7 @@ use crate::{Format, Place, ReadError, Topography};
 /// # Errors
 ///
 /// A header that does not follow the specification, with its line; no vertices, or vertices without x, y or z; a file that ends too
-/// early, with the place; a coordinate that is infinite; more than [`MAX_POINTS`](crate::MAX_POINTS) vertices; a unit other than the
+/// early or goes on behind its last element, or a line with more or fewer numbers than its element has, with the place; a coordinate that is infinite; more than [`MAX_POINTS`](crate::MAX_POINTS) vertices; a unit other than the
 /// one that the file states.
 ///
 /// # Example
@@ -30,7 +30,8 @@ pub fn read(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError
     let header = Header::read(bytes)?;
     let mut points = Points::new(Lengths::of(Format::Ply, header.unit, options)?);
     let (at, slots) = vertices(&header)?;
-    let (before, vertices) = (&header.elements[..at], &header.elements[at]);
+    let (before, after) = header.elements.split_at(at);
+    let (vertices, after) = (&after[0], &after[1..]);
     let mut body = Body::new(bytes, &header);
     before.iter().try_for_each(|element| body.pass_over(element))?;
     body.each(vertices, |body, index| {
@@ -39,7 +40,10 @@ pub fn read(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError
         points.push(point, || place.clone())
     })?;
     body.end()?;
-    points.finish(slots.map(|slot| slot + 1), body.place())
+    let place = body.place();
+    after.iter().try_for_each(|element| body.pass_over(element))?;
+    body.finish(after.last().unwrap_or(vertices))?;
+    points.finish(slots.map(|slot| slot + 1), place)
 }
 
 /// Reads the faces as triangles, in the order of the file; `None` where it has no faces. `O(bytes)`.
@@ -48,8 +52,7 @@ pub fn read(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError
 ///
 /// # Errors
 ///
-/// Those of [`read`]; a face with a corner that the file does not have, or that is a gap, with its place; an element behind
-/// the vertices that ends too early.
+/// Those of [`read`]; a face with a corner that the file does not have, or that is a gap, with its place.
 pub fn read_triangles(bytes: &[u8], options: &TextOptions) -> Result<Option<Triangles>, ReadError> {
     let header = Header::read(bytes)?;
     let mut mesh = Gathered::new(Lengths::of(Format::Ply, header.unit, options)?);
@@ -58,7 +61,7 @@ pub fn read_triangles(bytes: &[u8], options: &TextOptions) -> Result<Option<Tria
     let mut body = Body::new(bytes, &header);
     // Faces may stand before the vertices that they name.
     let mut waiting: Vec<(Vec<f64>, Place)> = Vec::new();
-    for (number, element) in header.elements.iter().enumerate().take(at.max(faces) + 1) {
+    for (number, element) in header.elements.iter().enumerate() {
         if number == at {
             body.each(element, |body, index| {
                 let mut point = [0.0; 3];
@@ -80,8 +83,11 @@ pub fn read_triangles(bytes: &[u8], options: &TextOptions) -> Result<Option<Tria
         } else {
             body.pass_over(element)?;
         }
+        if number == at.max(faces) {
+            body.end()?;
+        }
     }
-    body.end()?;
+    header.elements.last().map_or(Ok(()), |last| body.finish(last))?;
     Ok(mesh.finish())
 }
 

@@ -134,6 +134,66 @@ fn faults_are_named_with_their_place() {
     assert!(end.contains("byte") && end.contains("expected 3 of element vertex"), "{end}");
 }
 
+/// As points and as a mesh.
+fn both(bytes: &[u8]) -> [Option<String>; 2] {
+    let mesh = read_triangles(bytes, &TextOptions::default());
+    [with_units(bytes, &[]).map(|_| ()), mesh.map(|_| ())]
+        .map(|found| found.err().map(|error| error.to_string()))
+}
+
+#[test]
+fn a_wrong_count_or_property_of_text_is_named_with_its_line() {
+    let faces = "property list uchar int vertex_indices";
+    let rows = "0 0 0\n1 0 0\n1 1 0\n\n0 1 0\n3 0 1 2\n3 2 3 0\n";
+    let file = |vertices: usize, count: usize, more: &str| {
+        ascii(
+            &format!("element vertex {vertices}\n{XYZ}{more}\nelement face {count}\n{faces}"),
+            rows,
+        )
+    };
+    assert_eq!(both(&file(4, 2, "")), [None, None]);
+    let said = |bytes: &[u8], expected: &str| {
+        for said in both(bytes) {
+            let said = said.expect(expected);
+            assert!(said.contains(expected), "{expected}: {said}");
+        }
+    };
+    said(
+        &file(5, 2, ""),
+        "PLY file, line 15: expected 3 numbers in row 5 of 5 of element vertex, found 4: a count or a property in the header may be wrong",
+    );
+    said(&file(3, 2, ""), "line 14: expected 1 numbers in row 1 of 2 of element face, found 3");
+    said(
+        &file(4, 1, ""),
+        "line 16: expected the end of the file after 1 of element face, found \"3 2 3 0\": a count",
+    );
+    said(&file(4, 3, ""), "expected 3 of element face, found the end of the file in number 3");
+    said(
+        &file(4, 2, "\nproperty float q"),
+        "line 11: expected 4 numbers in row 1 of 4 of element vertex, found 3",
+    );
+    let points = ascii(&format!("element vertex 2\n{XYZ}"), "0 0 0\n1 0 0\n1 1 0\n");
+    let expected =
+        "line 10: expected the end of the file after 2 of element vertex, found \"1 1 0\"";
+    assert!(message(&points).contains(expected), "{}", message(&points));
+}
+
+#[test]
+fn bytes_behind_the_last_element_are_refused() {
+    for file in [LITTLE, BIG, TRIMESH] {
+        assert_eq!(both(file), [None, None]);
+        let longer = [file, &b"abc"[..]].concat();
+        for said in both(&longer) {
+            let said = said.unwrap();
+            let place =
+                format!("PLY file, byte {}: expected the end of the file after", file.len());
+            assert!(said.starts_with(&place) && said.contains("found 3 more bytes"), "{said}");
+        }
+        let [points, mesh] = both(&file[..file.len() - 1]);
+        assert!(points.is_some() && points == mesh, "{points:?}");
+    }
+}
+
 #[test]
 fn claimed_sizes_cost_nothing() {
     let many =

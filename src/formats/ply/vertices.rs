@@ -1,6 +1,6 @@
 //! The vertices of a binary PLY file, some at a time, for files that do not fit into memory.
 
-use super::body::{Body, Numbers, Wanted, fixed_size};
+use super::body::{Body, Numbers, Wanted, fixed_size, goes_on};
 use super::header::{Element, Encoding, Header};
 use super::read::vertices;
 use crate::lengths::Lengths;
@@ -15,6 +15,8 @@ pub struct VertexRecords {
     is_big: bool,
     first_byte: usize,
     record_bytes: usize,
+    /// The last element, and the bytes of all behind the vertices; none where lists have any length.
+    tail: Option<(Element, u64)>,
 }
 
 impl VertexRecords {
@@ -44,7 +46,28 @@ impl VertexRecords {
         let lengths = Lengths::of(Format::Ply, header.unit, options)?;
         let is_big = header.encoding == Encoding::Big;
         let first_byte = header.bytes;
-        Ok(Some(VertexRecords { lengths, element, slots, is_big, first_byte, record_bytes }))
+        let bytes = |it: &Element| match it.count {
+            0 => Some(0),
+            count => count.checked_mul(fixed_size(it)? as u64),
+        };
+        let behind: Option<u64> = header.elements[1..].iter().map(bytes).sum();
+        let tail = header.elements.last().cloned().zip(behind);
+        Ok(Some(VertexRecords { lengths, element, slots, is_big, first_byte, record_bytes, tail }))
+    }
+
+    /// Checks that a file of so many bytes ends with its last element, where the header tells how long all are.
+    ///
+    /// # Errors
+    ///
+    /// A file that goes on.
+    pub fn check_length(&self, bytes: u64) -> Result<(), ReadError> {
+        let Some((last, behind)) = &self.tail else { return Ok(()) };
+        let vertices = self.element.count.saturating_mul(self.record_bytes as u64);
+        let end = (self.first_byte as u64).saturating_add(vertices).saturating_add(*behind);
+        match bytes.checked_sub(end) {
+            None | Some(0) => Ok(()),
+            Some(more) => Err(goes_on(last, Place::Byte(end), &format!("{more} more bytes"))),
+        }
     }
 
     /// Bytes before the first vertex.
@@ -153,6 +176,29 @@ mod tests {
             let said = records.points_mm(&bytes[records.first_byte()..], 0).unwrap_err();
             assert!(said.to_string().contains("expected finite coordinates"), "{said}");
         }
+    }
+
+    #[test]
+    fn files_that_go_on_are_refused_by_their_length() {
+        let records = |bytes: &[u8]| {
+            VertexRecords::found_in(bytes, &TextOptions::default()).unwrap().unwrap()
+        };
+        let bytes = file("little", &[[1.0; 3]; 2]);
+        let length = bytes.len() as u64;
+        assert!((0..=length).all(|length| records(&bytes).check_length(length).is_ok()));
+        let said = records(&bytes).check_length(length + 21).unwrap_err().to_string();
+        let place = format!("PLY file, byte {length}: expected the end of the file after 0 of");
+        assert!(
+            said.starts_with(&place) && said.contains("found 21 more bytes: a count"),
+            "{said}"
+        );
+        // The bytes of lists stand in the lists alone.
+        let text = String::from_utf8_lossy(&bytes).replace("face 0", "face 1");
+        assert!(records(text.as_bytes()).check_length(1 << 40).is_ok());
+        let fixed = text.replace("list uchar int vertex_indices", "int a");
+        let end = fixed.find("end_header").unwrap() as u64 + 11 + 2 * 21 + 4;
+        assert!(records(fixed.as_bytes()).check_length(end).is_ok());
+        assert!(records(fixed.as_bytes()).check_length(end + 1).is_err());
     }
 
     #[test]

@@ -88,7 +88,8 @@ fn take_records(
     let failed = |error: std::io::Error| format!("cannot read {name}: {error}");
     let mut file = File::open(path).map_err(failed)?;
     // A pipe cannot be begun again.
-    if !file.metadata().map_err(failed)?.is_file() {
+    let metadata = file.metadata().map_err(failed)?;
+    if !metadata.is_file() {
         return Ok(None);
     }
     let mut bytes = Vec::new();
@@ -96,6 +97,7 @@ fn take_records(
     let records = VertexRecords::found_in(&bytes, &args.text.options())
         .map_err(|error| format!("{name}: {error}"))?;
     let Some(records) = records else { return Ok(None) };
+    records.check_length(metadata.len()).map_err(|error| format!("{name}: {error}"))?;
     bytes.drain(..records.first_byte());
     progress.count("reading", Some(records.count()));
     let (mut points, mut first) = (0, 0);
