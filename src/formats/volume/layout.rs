@@ -1,7 +1,7 @@
 //! Where the samples of a volume lie, as its header says.
 
 use super::element::Element;
-use super::unpack::{Packing, exactly, unpacked};
+use super::unpack::{Packing, exactly, unpacked_and_more};
 use super::{Beside, Frame, MAX_SAMPLES, Volume};
 use crate::{Format, Place, ReadError};
 
@@ -23,7 +23,7 @@ pub(super) struct Layout {
     /// Lines before the samples, after `start`.
     pub(super) skip_lines: u64,
     pub(super) skip: Skip,
-    /// Whether the file must hold nothing behind the samples.
+    /// Whether the file must be as long as its samples ask before they are read.
     pub(super) is_all: bool,
 }
 
@@ -82,12 +82,15 @@ impl Layout {
             (None, Skip::AllBefore) => stored[stored.len().saturating_sub(expected)..].to_vec(),
             (None, Skip::Bytes(skip)) => {
                 let stored = &stored[from(stored.len(), skip)..];
-                stored[..stored.len().min(expected)].to_vec()
+                self.check_no_more(stored.len() as u64)?;
+                stored.to_vec()
             }
             (Some(packing), skip) => {
                 let Skip::Bytes(skip) = skip else { return Err(self.packed_tail()) };
                 let limit = (expected as u64).saturating_add(skip);
-                let mut out = unpacked(self.format, self.start, stored, packing, limit)?;
+                let (mut out, more) =
+                    unpacked_and_more(self.format, self.start, stored, packing, limit)?;
+                self.check_no_more((expected as u64).saturating_add(more))?;
                 out.drain(..from(out.len(), skip));
                 out
             }
@@ -128,6 +131,25 @@ impl Layout {
                 "a file of {expected} bytes with the samples: header_bytes, then size × type"
             ),
             found: format!("{found} bytes"),
+        })
+    }
+
+    /// Checks that there are no more bytes than those of the samples.
+    pub(super) fn check_no_more(&self, found: u64) -> Result<(), ReadError> {
+        let [columns, rows, slices] = self.size;
+        let samples = columns.saturating_mul(rows).saturating_mul(slices);
+        let bytes = self.element.bytes();
+        let expected = samples.saturating_mul(bytes as u64);
+        if found <= expected {
+            return Ok(());
+        }
+        Err(ReadError::Malformed {
+            format: self.format,
+            place: self.size_at.clone(),
+            expected: format!(
+                "{expected} bytes of samples, {columns} × {rows} × {slices} of {bytes} each"
+            ),
+            found: format!("{found}: the sizes or the type in the header may be wrong"),
         })
     }
 

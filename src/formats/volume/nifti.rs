@@ -116,21 +116,22 @@ pub(super) fn read(name: &str, bytes: &[u8], beside: Beside<'_>) -> Result<Volum
     let Header { fields, size, element, .. } = &header;
     let place = header.size_at();
     let expected = sample_count(FORMAT, place, *size)? * element.bytes();
+    let start = header.offset()?;
     let elsewhere;
-    let (data, start) = match header.offset()? {
-        Some(offset) if offset <= bytes.len() as u64 => (&bytes[offset as usize..], offset),
-        Some(offset) => {
-            return Err(fields.malformed([108, 168], "vox_offset within the file", offset));
-        }
-        None => {
+    let file = match header.holds_samples() {
+        true => bytes,
+        false => {
             elsewhere = beside(&beside_name(name)).map_err(|why| {
                 fields.malformed([344, 4], "the file .img beside the header", why)
             })?;
-            (&elsewhere[..], 0)
+            &elsewhere[..]
         }
     };
-    let data = data[..data.len().min(expected)].to_vec();
-    let data = exactly(FORMAT, start, data, expected)?;
+    let Some(data) = usize::try_from(start).ok().and_then(|start| file.get(start..)) else {
+        return Err(fields.malformed([108, 168], "vox_offset within the file", start));
+    };
+    header.layout(name, None)?.check_no_more(data.len() as u64)?;
+    let data = exactly(FORMAT, start, data.to_vec(), expected)?;
     let values = element.decoded(data, fields.layout.is_big);
     let values = scaling(fields).map_or_else(|| values.clone(), |scaling| scaling.of(&values));
     let frame = frame(fields)?;
@@ -156,30 +157,11 @@ pub(super) fn by_slices(
         return Ok(None);
     }
     let header = Header::of(bytes)?;
-    let (file, skip) = match header.offset()? {
-        Some(offset) => (SamplesIn::Own, offset),
-        // A packed header names a file that may be packed too, or not.
-        None if packing.is_some() => return Ok(None),
-        None => {
-            let place = Place::Byte(if header.fields.layout.is_two { 4 } else { 344 });
-            (SamplesIn::Beside(beside_name(name), place), 0)
-        }
-    };
-    let layout = super::layout::Layout {
-        format: FORMAT,
-        size: header.size,
-        size_at: header.size_at(),
-        element: header.element,
-        is_big: header.fields.layout.is_big,
-        frame: frame(&header.fields)?,
-        file,
-        start: 0,
-        packing,
-        skip_lines: 0,
-        skip: Skip::Bytes(skip),
-        is_all: false,
-    };
-    Ok(Some((layout, scaling(&header.fields))))
+    // A packed header names a file that may be packed too, or not.
+    if packing.is_some() && !header.holds_samples() {
+        return Ok(None);
+    }
+    Ok(Some((header.layout(name, packing)?, scaling(&header.fields))))
 }
 
 /// What the first bytes of a packed file unpack to, at least as far as a header goes.
@@ -228,23 +210,53 @@ impl Header<'_> {
         Place::Byte(if self.fields.layout.is_two { 16 } else { 40 })
     }
 
-    /// Bytes before the samples; `None` where they lie in another file.
-    fn offset(&self) -> Result<Option<u64>, ReadError> {
+    /// Whether the samples lie in the file of the header.
+    fn holds_samples(&self) -> bool {
         let Fields { bytes, layout } = self.fields;
         let magic = if layout.is_two { &bytes[4..8] } else { &bytes[344..348] };
-        if magic[1] != b'+' {
-            return Ok(None);
-        }
-        let offset = if layout.is_two {
-            self.fields.i64(168) as f64
-        } else {
-            f64::from(self.fields.f32(108))
+        magic[1] == b'+'
+    }
+
+    /// Bytes before the samples in the file that holds them.
+    fn offset(&self) -> Result<u64, ReadError> {
+        let is_two = self.fields.layout.is_two;
+        let offset =
+            if is_two { self.fields.i64(168) as f64 } else { f64::from(self.fields.f32(108)) };
+        let least = match (self.holds_samples(), is_two) {
+            (true, true) => 540.0,
+            (true, false) => 348.0,
+            (false, _) => 0.0,
         };
-        let least = if layout.is_two { 540.0 } else { 348.0 };
         if !(offset >= least && offset <= 1e18) {
             return Err(self.fields.malformed([108, 168], "vox_offset within the file", offset));
         }
-        Ok(Some(offset as u64))
+        Ok(offset as u64)
+    }
+
+    /// Where the samples lie; `name` is that of the header.
+    fn layout(
+        &self,
+        name: &str,
+        packing: Option<Packing>,
+    ) -> Result<super::layout::Layout, ReadError> {
+        let place = Place::Byte(if self.fields.layout.is_two { 4 } else { 344 });
+        Ok(super::layout::Layout {
+            format: FORMAT,
+            size: self.size,
+            size_at: self.size_at(),
+            element: self.element,
+            is_big: self.fields.layout.is_big,
+            frame: frame(&self.fields)?,
+            file: match self.holds_samples() {
+                true => SamplesIn::Own,
+                false => SamplesIn::Beside(beside_name(name), place),
+            },
+            start: 0,
+            packing,
+            skip_lines: 0,
+            skip: Skip::Bytes(self.offset()?),
+            is_all: false,
+        })
     }
 }
 
@@ -260,7 +272,7 @@ fn wrong_magic(bytes: &[u8]) -> ReadError {
 fn element(fields: &Fields<'_>) -> Result<Element, ReadError> {
     let at = if fields.layout.is_two { 12 } else { 70 };
     let code = fields.i16(at);
-    Ok(match code {
+    let element = match code {
         2 => Element::U8,
         4 => Element::I16,
         8 => Element::I32,
@@ -279,7 +291,14 @@ fn element(fields: &Fields<'_>) -> Result<Element, ReadError> {
                 found: format!("datatype {code}"),
             });
         }
-    })
+    };
+    // Some programs leave bitpix 0.
+    let (bits, stated) = (8 * element.bytes(), fields.i16(at + 2));
+    if stated != 0 && i64::from(stated) != bits as i64 {
+        let expected = format!("bitpix {bits}, as datatype {code} has");
+        return Err(fields.malformed([72, 14], &expected, stated));
+    }
+    Ok(element)
 }
 
 /// `scl_slope` and `scl_inter`, where there is a slope.

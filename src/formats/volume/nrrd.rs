@@ -249,28 +249,37 @@ fn spacings(header: &Header, entry: &Entry) -> Result<[f64; 3], ReadError> {
 /// Samples as text, parted by anything that is no number.
 fn text_samples(bytes: &[u8], count: usize, header_lines: usize) -> Result<Values, ReadError> {
     let mut values = Vec::new();
+    let place = |line: usize| Place::Line { line: header_lines + 1 + line, column: 0 };
+    // How many there are too many, and where the first of them is.
+    let (mut more, mut at) = (0, 1);
     for (number, line) in crate::scan::lines(bytes) {
         for word in line.split(|byte| byte.is_ascii_whitespace() || *byte == b',') {
-            if word.is_empty() || values.len() == count {
+            if word.is_empty() {
+                continue;
+            }
+            if values.len() == count {
+                more += 1;
+                at = if more == 1 { number } else { at };
                 continue;
             }
             let value = std::str::from_utf8(word).ok().and_then(|word| word.parse::<f32>().ok());
             let value = if says_missing(word) { Some(f32::NAN) } else { value };
             values.push(value.ok_or_else(|| ReadError::Malformed {
                 format: FORMAT,
-                place: Place::Line { line: header_lines + 1 + number, column: 0 },
+                place: place(number),
                 expected: "numbers".into(),
                 found: crate::error::quoted(word),
             })?);
         }
     }
-    if values.len() < count {
-        return Err(ReadError::Malformed {
-            format: FORMAT,
-            place: Place::Line { line: header_lines + 2, column: 0 },
-            expected: format!("{count} samples"),
-            found: format!("{}", values.len()),
-        });
+    if values.len() == count && more == 0 {
+        return Ok(Values::Floats(values));
     }
-    Ok(Values::Floats(values))
+    let cure = if more > 0 { ": the sizes in the header may be wrong" } else { "" };
+    Err(ReadError::Malformed {
+        format: FORMAT,
+        place: place(at),
+        expected: format!("{count} samples"),
+        found: format!("{}{cure}", values.len() + more),
+    })
 }

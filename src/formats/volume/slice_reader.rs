@@ -8,7 +8,7 @@ use super::element::Element;
 use super::header::MAX_HEADER;
 use super::layout::{Layout, SamplesIn, Skip};
 use super::nifti::{self, Scaling};
-use super::unpack::Packing;
+use super::unpack::{Packing, count_more};
 use super::{Frame, Values, format_of, metaimage, nrrd, raw, stem, vol};
 use crate::{Format, ReadError};
 
@@ -102,7 +102,7 @@ impl SliceReader {
     ///
     /// # Errors
     ///
-    /// A file that ends too soon, or whose packing is broken.
+    /// A file that ends too soon or, where it is packed, holds more, and one whose packing is broken.
     pub fn next_slice(&mut self) -> Result<Option<Values>, ReadError> {
         let [columns, rows, slices] = self.layout.size;
         if self.next == slices {
@@ -114,6 +114,10 @@ impl SliceReader {
         let found = match read {
             Ok(_) if bytes.len() as u64 == count => {
                 self.next += 1;
+                if self.next == slices && self.layout.packing.is_some() {
+                    let more = count_more(&mut self.reader);
+                    self.layout.check_no_more(slices.saturating_mul(count).saturating_add(more))?;
+                }
                 let values = self.layout.element.decoded(bytes, self.layout.is_big);
                 return Ok(Some(match self.scaling {
                     Some(scaling) => scaling.of(&values),
@@ -164,7 +168,13 @@ impl Layout {
             before += reader.read_until(b'\n', &mut line).map_err(fail)? as u64;
         }
         let skipped = match self.skip {
-            Skip::Bytes(skipped) => skipped,
+            Skip::Bytes(skipped) => {
+                if self.packing.is_none() {
+                    let before = before.saturating_add(skipped);
+                    self.check_no_more(file.length.saturating_sub(before))?;
+                }
+                skipped
+            }
             Skip::AllBefore if self.packing.is_some() => return Err(self.packed_tail()),
             Skip::AllBefore => {
                 let samples = self.count(MAX_SLICED)? * self.element.bytes() as u64;

@@ -3,6 +3,7 @@
 mod by_slice;
 mod images;
 mod sides;
+mod too_long;
 
 use std::cell::Cell;
 

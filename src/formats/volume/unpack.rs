@@ -25,11 +25,23 @@ pub(super) fn unpacked(
     packing: Packing,
     limit: u64,
 ) -> Result<Vec<u8>, ReadError> {
+    unpacked_and_more(format, place, bytes, packing, limit).map(|(out, _)| out)
+}
+
+/// The first `limit` bytes that come out, and how many follow.
+pub(super) fn unpacked_and_more(
+    format: Format,
+    place: u64,
+    bytes: &[u8],
+    packing: Packing,
+    limit: u64,
+) -> Result<(Vec<u8>, u64), ReadError> {
     let mut out = Vec::new();
-    let done = match packing {
-        Packing::Gzip => MultiGzDecoder::new(bytes).take(limit).read_to_end(&mut out),
-        Packing::Zlib => ZlibDecoder::new(bytes).take(limit).read_to_end(&mut out),
+    let mut unpacker: Box<dyn Read + '_> = match packing {
+        Packing::Gzip => Box::new(MultiGzDecoder::new(bytes)),
+        Packing::Zlib => Box::new(ZlibDecoder::new(bytes)),
     };
+    let done = (&mut unpacker).take(limit).read_to_end(&mut out);
     done.map_err(|error| ReadError::Malformed {
         format,
         place: Place::Byte(place),
@@ -39,7 +51,18 @@ pub(super) fn unpacked(
         },
         found: format!("{error} after {} bytes", out.len()),
     })?;
-    Ok(out)
+    let more = if out.len() as u64 == limit { count_more(&mut unpacker) } else { 0 };
+    Ok((out, more))
+}
+
+/// How many bytes a reader still gives, as far as it can be read: what follows packed samples may be no packed bytes.
+pub(super) fn count_more(reader: &mut impl Read) -> u64 {
+    let mut some = [0; 1 << 12];
+    let mut more = 0;
+    while let Ok(count @ 1..) = reader.read(&mut some) {
+        more += count as u64;
+    }
+    more
 }
 
 /// Exactly `expected` bytes, or why there are not as many.
