@@ -340,7 +340,9 @@ impl SampleReport {
         );
         if !self.left_out.is_empty() {
             let found = counts(&self.left_out);
-            text.push_str(&format!("left out   {found}: paths and basic shapes alone are read, where they are shown\n"));
+            text.push_str(&format!(
+                "left out   {found}: paths and basic shapes alone are read, where they are shown\n"
+            ));
         }
         text.extend(self.image.as_ref().map(ImageFigures::words));
         if let Some(least_mm) = self.lfs_least_mm {
