@@ -145,7 +145,9 @@ impl ContourSettings {
         }
         if let Some(nominal) = &self.nominal {
             let u_mm = report.input.noise_sigma_mm.or_else(|| noise_mm(&courses));
-            report.deviation = Some(deviation_from(nominal, &used, u_mm)?);
+            let (deviation, unknown) = deviation_from(nominal, &used, u_mm)?;
+            report.deviation = deviation;
+            report.unknown.extend(unknown);
         }
         Ok(report)
     }

@@ -1,7 +1,7 @@
 //! Circle and deviation from a nominal outline.
 
 use asphera_contour::PlaceMm;
-use asphera_contour::features::{Circle, OutlineDeviation, minimum_zone};
+use asphera_contour::features::{Circle, minimum_zone};
 use asphera_report::contour::{CircleFigures, DeviationFigures};
 
 use super::{ContourError, Nominal};
@@ -45,37 +45,53 @@ pub(super) fn circle_of(
     }))
 }
 
-/// The deviations of points from a nominal outline.
+/// The deviations of points from a nominal outline, none where all lie beyond its ends; and what is not known of them.
 pub(super) fn deviation_from(
     nominal: &Nominal,
     points_mm: &[PlaceMm],
     u_mm: Option<f64>,
-) -> Result<DeviationFigures, ContourError> {
+) -> Result<(Option<DeviationFigures>, Option<String>), ContourError> {
     let outline = nominal.name();
-    let found = nominal.outline().map(|outline| outline.deviations(points_mm));
-    let extremes_mm = found.as_ref().and_then(OutlineDeviation::extremes_mm);
-    let Some((found, [largest_mm, least_mm, rms_mm])) = found.zip(extremes_mm) else {
-        return Err(ContourError::NothingOnCurve { outline: outline.to_owned() });
+    let nothing = || ContourError::NothingOnCurve { outline: outline.to_owned() };
+    let found = nominal.outline().ok_or_else(nothing)?.deviations(points_mm);
+    if points_mm.is_empty() {
+        return Err(nothing());
+    }
+    let beyond = found.deviations_mm.iter().filter(|deviation| deviation.is_none()).count();
+    let first = found.deviations_mm.iter().position(Option::is_none);
+    let unknown = first.map(|first| {
+        let [x, y] = points_mm[first];
+        format!(
+            "deviation: {beyond} of {} points lie beyond the ends of an open line of the outline, as at {x:.4}, {y:.4} mm, and have none",
+            points_mm.len()
+        )
+    });
+    let Some([largest_mm, least_mm, rms_mm]) = found.extremes_mm() else {
+        return Ok((None, unknown));
     };
+    let deviations_mm: Vec<[f64; 3]> = points_mm
+        .iter()
+        .zip(&found.deviations_mm)
+        .filter_map(|(&[x, y], &deviation)| Some([x, y, deviation?]))
+        .collect();
     let at = |wanted: f64| {
-        let index = found.deviations_mm.iter().position(|deviation| *deviation == wanted);
-        points_mm[index.unwrap_or(0)]
+        let found = deviations_mm.iter().find(|[_, _, deviation]| *deviation == wanted);
+        found.map_or(points_mm[0], |&[x, y, _]| [x, y])
     };
-    let points = points_mm.len();
-    Ok(DeviationFigures {
+    let points = deviations_mm.len();
+    let figures = DeviationFigures {
         outline: outline.to_owned(),
         points,
+        beyond_ends: beyond,
         largest_mm,
         largest_at_mm: at(largest_mm),
         least_mm,
         least_at_mm: at(least_mm),
-        mean_mm: found.deviations_mm.iter().sum::<f64>() / points as f64,
+        mean_mm: deviations_mm.iter().map(|[_, _, deviation]| deviation).sum::<f64>()
+            / points as f64,
         rms_mm,
         u_mm,
-        deviations_mm: points_mm
-            .iter()
-            .zip(&found.deviations_mm)
-            .map(|(&[x, y], &deviation)| [x, y, deviation])
-            .collect(),
-    })
+        deviations_mm,
+    };
+    Ok((Some(figures), unknown))
 }

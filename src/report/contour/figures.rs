@@ -35,6 +35,9 @@ pub struct DeviationFigures {
     pub outline: String,
     /// Number of points held against it.
     pub points: usize,
+    /// Number of points beyond the ends of an open line of it: they lie on neither side, and have no deviation.
+    #[serde(default)]
+    pub beyond_ends: usize,
     /// Largest deviation.
     pub largest_mm: f64,
     /// Place of the largest.
@@ -50,6 +53,6 @@ pub struct DeviationFigures {
     /// Standard uncertainty of the deviation of a point: its noise. Absent where noise was not estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub u_mm: Option<f64>,
-    /// x, y and deviation of every point, by x, then y.
+    /// x, y and deviation of every point that has one, by x, then y.
     pub deviations_mm: Vec<[f64; 3]>,
 }

@@ -264,6 +264,36 @@ fn circles_and_deviations_are_told() {
     assert!(refused.ends_with("expected an outline, found no line"), "{refused}");
 }
 
+/// Three sides of a square as the outline of a square: its fourth side lies in front of the others' ends, or beyond them.
+#[test]
+fn points_beyond_the_ends_of_the_outline_are_counted() {
+    let sides = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let square: String = (0..40)
+        .map(|index| {
+            let (p, q) = (sides[index / 10], sides[(index / 10 + 1) % 4]);
+            let at = |axis: usize| p[axis] + 0.1 * (index % 10) as f64 * (q[axis] - p[axis]);
+            format!("{} {}\n", 1.002 * at(0) - 0.001, 1.002 * at(1) - 0.001)
+        })
+        .collect();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("nominal.svg");
+    let report_of = |data: &str| {
+        std::fs::write(&path, format!("<svg><path d='{data}'/></svg>")).unwrap();
+        contour_of(&square, &["--outline", &path.display().to_string()]).unwrap()
+    };
+    let report = report_of("M0 0L1 0L1 -1L0 -1");
+    let deviation = report.deviation.as_ref().unwrap();
+    assert_eq!((deviation.points, deviation.beyond_ends), (29, 11));
+    assert_eq!(deviation.deviations_mm.len(), 29);
+    let mean_mm = deviation.deviations_mm.iter().map(|it| it[2]).sum::<f64>() / 29.0;
+    assert!((deviation.mean_mm - mean_mm).abs() < 1e-12);
+    let said = "deviation: 11 of 40 points lie beyond the ends of an open line of the outline, as at -0.0010, ";
+    assert!(report.unknown.iter().any(|unknown| unknown.starts_with(said)), "{:?}", report.unknown);
+    let report = report_of("M5 0L6 0");
+    assert!(report.deviation.is_none());
+    assert!(report.unknown.iter().any(|unknown| unknown.contains("40 of 40 points")));
+}
+
 /// The corners of a rectangle lie on a circle exactly, and say nothing of how well it is known.
 #[test]
 fn few_points_near_a_circle_get_none_and_the_reason() {

@@ -159,6 +159,7 @@ fn deviations_from_polygons_with_holes() {
         let found = outline.deviations(&points);
         let expected = [1.0, -0.5, 5.0, 0.5, -0.25, -0.5, 0.0];
         for (found, expected) in found.deviations_mm.iter().zip(expected) {
+            let found = found.unwrap();
             assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         }
         assert!(distance(found.feet_mm[2], [5.0, 5.0]) < 1e-12);
@@ -191,12 +192,101 @@ fn deviations_from_curves_are_those_of_the_curves() {
     for _ in 0..500 {
         let (sin, cos) = random.between(0.0, TAU).sin_cos();
         let off = random.between(-1.0, 1.0) * 10_f64.powf(random.between(-6.0, 0.5));
-        let found =
-            outline.deviations(&[[(10.0 + off) * cos, (10.0 + off) * sin]]).deviations_mm[0];
+        let found = outline.deviations(&[[(10.0 + off) * cos, (10.0 + off) * sin]]).deviations_mm
+            [0]
+        .unwrap();
         assert!((found - off).abs() < 1e-6, "{found} {off}");
     }
     // Left of the open quarter lies its middle.
     let outline = NominalOutline::new(&[open]).unwrap();
     let found = outline.deviations(&[[6.0, 6.0], [8.0, 8.0]]).deviations_mm;
-    assert!(found[0] > 1.0 && found[1] < -1.0, "{found:?}");
+    assert!(found[0].unwrap() > 1.0 && found[1].unwrap() < -1.0, "{found:?}");
+}
+
+/// The line through corners that is not closed.
+fn open(corners: &[PlaceMm]) -> NominalOutline {
+    let mut line = polygon(corners);
+    line.pieces.pop();
+    line.closed = false;
+    NominalOutline::new(&[line]).unwrap()
+}
+
+fn deviation_of(outline: &NominalOutline, place: PlaceMm) -> Option<f64> {
+    outline.deviations(&[place]).deviations_mm[0]
+}
+
+#[test]
+fn points_beyond_the_ends_of_an_open_line_have_no_deviation() {
+    // An arc of 10 mm from 10° to 350°, counter-clockwise, and points 0.05 mm outside it: its right.
+    let place = |degrees: f64, radius: f64| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        [radius * cos, radius * sin]
+    };
+    let handle = 4.0 / 3.0 * (5_f64.to_radians() / 4.0).tan();
+    let pieces = (0..68).map(|index| {
+        let [from, to] =
+            [f64::from(index), f64::from(index + 1)].map(|it| place(10.0 + 5.0 * it, 10.0));
+        let by = |[x, y]: PlaceMm, way: f64| [x - way * handle * y, y + way * handle * x];
+        [from, by(from, 1.0), by(to, -1.0), to]
+    });
+    let arc =
+        NominalOutline::new(&[BezierLine { pieces: pieces.collect(), closed: false }]).unwrap();
+    let points: Vec<PlaceMm> =
+        (0..1440).map(|index| place(0.25 * f64::from(index), 10.05)).collect();
+    let found = arc.deviations(&points);
+    for (index, deviation) in found.deviations_mm.iter().enumerate() {
+        let degrees = 0.25 * index as f64;
+        match (10.0..=350.0).contains(&degrees) {
+            true => assert!((deviation.unwrap() + 0.05).abs() < 1e-6, "{degrees}: {deviation:?}"),
+            false => assert_eq!(*deviation, None, "{degrees}"),
+        }
+    }
+    let [high, low, rms] = found.extremes_mm().unwrap();
+    assert!([high, low, -rms].iter().all(|it| (it + 0.05).abs() < 1e-6), "{high} {low} {rms}");
+    let beyond = arc.deviations(&[place(0.0, 10.0), place(3.0, 9.0)]);
+    assert_eq!((beyond.extremes_mm(), beyond.deviations_mm), (None, vec![None, None]));
+}
+
+#[test]
+fn signs_at_corners_and_ends_of_open_lines() {
+    // Three sides of a square, counter-clockwise: left is within.
+    let sides = open(&[[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]]);
+    for (place, expected) in [
+        ([5.0, 0.1], Some(0.1)),
+        ([5.0, -0.1], Some(-0.1)),
+        ([0.0, -0.1], Some(-0.1)),
+        ([0.0, 10.1], Some(-0.1)),
+        ([0.0, 0.0], Some(0.0)),
+        ([-0.001, -0.1], None),
+        ([-0.1, 5.0], None),
+        ([-0.1, 10.0], None),
+        ([13.0, -4.0], Some(-5.0)),
+        ([13.0, 14.0], Some(-5.0)),
+        ([9.9, 0.2], Some(0.1)),
+    ] {
+        let found = deviation_of(&sides, place);
+        let is_right = match (found, expected) {
+            (Some(found), Some(expected)) => (found - expected).abs() < 1e-12,
+            (found, expected) => found == expected,
+        };
+        assert!(is_right, "{place:?}: {found:?}, not {expected:?}");
+    }
+    // A tip of nearly 6°, turned about all round: all places whose foot is the tip lie right of the way to it and from it.
+    for turn in 0..360 {
+        let turned = |[x, y]: PlaceMm| {
+            let (sin, cos) = f64::from(turn).to_radians().sin_cos();
+            [cos * x - sin * y, sin * x + cos * y]
+        };
+        let tip = open(&[[-10.0, -0.5], [0.0, 0.0], [-10.0, 0.5]].map(turned));
+        for degrees in -87..=87 {
+            let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
+            let found = deviation_of(&tip, turned([cos, sin])).unwrap();
+            assert!((found + 1.0).abs() < 1e-9, "{turn} {degrees}: {found}");
+        }
+        assert!(deviation_of(&tip, turned([-5.0, 0.0])).unwrap() > 0.2);
+    }
+    // A line that ends where it begins has no end there.
+    let back = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0], [0.0, 1e-12]];
+    let found = deviation_of(&open(&back), [-3.0, -4.0]).unwrap();
+    assert!((found + 5.0).abs() < 1e-9, "{found}");
 }
