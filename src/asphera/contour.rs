@@ -128,17 +128,17 @@ impl ContourSettings {
             stage(self.method.name());
             self.found(&triangulation)?
         };
+        stage("features");
+        let found = features_of(&courses, self.tolerance_mm, self.is_airfoil);
         if let ([chain], true) = (&report.chains[..], report.sampling.is_some()) {
-            match circle_of(&used, chain.closed) {
+            match circle_of(&used, chain.closed && !found.has_bridge) {
                 Some(Ok(circle)) => report.circle = Some(circle),
                 Some(Err(why)) => report.unknown.push(why),
                 None => {}
             }
         }
-        stage("features");
-        let (features, unknown) = features_of(&courses, self.tolerance_mm, self.is_airfoil);
-        report.features = features;
-        report.unknown.extend(unknown);
+        report.features = found.features;
+        report.unknown.extend(found.unknown);
         if self.is_airfoil && courses.is_empty() {
             let why = "airfoil: expected a closed curve, found none; give a method of curves";
             report.unknown.push(why.to_owned());

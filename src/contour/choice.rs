@@ -1,5 +1,6 @@
 //! Choice of a method by the points: border or area, outliers, noise.
 
+use crate::bridges::{SHOWN_TURN, far_edges, turn_over};
 use crate::curves::{connect2d, hnn_crust, lee, lee_reach_mm, stretch_denoise, voronoi_labelling};
 use crate::graphs::spanning_by_length;
 use crate::triangulation::{circumcentre_mm, distance_mm};
@@ -72,7 +73,7 @@ impl Choice {
     /// its median turn is at most 0.2. Where nothing is loose and its spacing varies by a factor of 2.5, [`stretch_denoise`] is chosen. Of small noise, and of samples without noise of which something is loose, [`connect2d`] is the
     /// choice where it closes: corners. Otherwise [`hnn_crust`] is. Where outliers are left out of that, [`voronoi_labelling`] of all samples
     /// takes its place if it is closed curves alone through nine in ten of the rest, with no edge longer than 1.5 times its longest, and passes
-    /// other samples by: those near the curve, too. All figures are ours, from points made for each case.
+    /// other samples by: those near the curve, too. A gap that a method bridges is opened again. All figures are ours, from points made for each case.
     pub fn new(triangulation: &Triangulation) -> Choice {
         let inner_share = inner_share(triangulation);
         let is_area = inner_share >= AREA;
@@ -91,7 +92,8 @@ impl Choice {
         let outliers = outliers(triangulation);
         let rest = Rest::new(triangulation, &outliers);
         let curve = hnn_crust(rest.triangulation().samples());
-        let most_mm = longest_mm(rest.triangulation(), &curve);
+        // What closes a curve may be no longer than edges that bridge no gap.
+        let most_mm = longest_mm(rest.triangulation(), &joined(rest.triangulation()));
         if !outliers.is_empty() {
             // Tips of corners look like short runs: one closed curve joins them without a long edge.
             let all =
@@ -103,7 +105,8 @@ impl Choice {
         let found = Choice::of_border(rest.triangulation(), &curve, most_mm);
         if found.method == Method::HnnCrust
             && !outliers.is_empty()
-            && let Some(passed) = passed_by(triangulation, rest.kept.len(), JOINS * most_mm)
+            && let passing_mm = JOINS * longest_mm(rest.triangulation(), &curve)
+            && let Some(passed) = passed_by(triangulation, rest.kept.len(), passing_mm)
             && passed != outliers
         {
             let method = Method::VoronoiLabelling;
@@ -158,21 +161,23 @@ impl Choice {
         let Some(moved) = moved else {
             if self.method == Method::VoronoiLabelling {
                 let graph = voronoi_labelling(triangulation);
+                let graph = without_bridges(graph, triangulation.samples().places(), SHOWN_TURN);
                 return Some(FoundCurve { graph, ..FoundCurve::default() });
             }
             let graph = match self.method {
                 Method::Connect2d => connect2d(rest.triangulation()),
-                _ => hnn_crust(rest.triangulation().samples()),
+                _ => joined(rest.triangulation()),
             };
             let graph = rest.back(&graph);
             return Some(FoundCurve { graph, ..FoundCurve::default() });
         };
         let mut places_mm = triangulation.samples().places().to_vec();
-        for (&sample, place) in rest.kept.iter().zip(moved.places_mm) {
+        for (&sample, &place) in rest.kept.iter().zip(&moved.places_mm) {
             places_mm[sample as usize] = place;
         }
+        let graph = without_bridges(moved.graph, &moved.places_mm, NOISY_TURN);
         Some(FoundCurve {
-            graph: rest.back(&moved.graph),
+            graph: rest.back(&graph),
             places_mm: Some(places_mm),
             sigma_mm: Some(moved.sigma_mm),
         })
@@ -217,6 +222,32 @@ impl Choice {
             share(self.loose_share)
         )
     }
+}
+
+/// The [`hnn_crust`] of samples, open where it bridges a gap.
+fn joined(triangulation: &Triangulation) -> Graph {
+    let samples = triangulation.samples();
+    without_bridges(hnn_crust(samples), samples.places(), SHOWN_TURN)
+}
+
+/// A graph without edges that are far longer than those about them and over which its chains turn more than an angle in radians: what lies
+/// there no point shows. Places are those of its samples.
+fn without_bridges(graph: Graph, places_mm: &[PlaceMm], most_turn: f64) -> Graph {
+    let mut bridges = Vec::new();
+    for chain in graph.chains(places_mm.len()) {
+        let places: Vec<PlaceMm> =
+            chain.samples.iter().map(|&sample| places_mm[sample as usize]).collect();
+        let mut far = far_edges(&places, chain.closed);
+        far.retain(|&from| turn_over(&places, chain.closed, from) > most_turn);
+        let end = |at: usize| chain.samples[at % chain.samples.len()];
+        bridges.extend(far.into_iter().map(|from| [end(from), end(from + 1)]));
+    }
+    if bridges.is_empty() {
+        return graph;
+    }
+    let bridges = Graph::new(bridges);
+    let kept = graph.edges().iter().copied();
+    Graph::new(kept.filter(|&[p, q]| !bridges.joins(p, q)))
 }
 
 /// Share of the samples off the hull whose triangles all have small circles.
@@ -427,6 +458,9 @@ const FAR: f64 = 4.0;
 const SHORT: usize = 4;
 /// where a run has so many or more.
 const LONG: usize = 30;
+/// Turn over a gap of a curve without its noise from which on it stays open, radians. Few of its places are joined, so gaps are wide: ρ, which is
+/// 2·sin(θ/4) of an arc of θ, must be below 0.9 as HNN-Crust asks.
+const NOISY_TURN: f64 = 1.87;
 /// Share of changes of direction that says noise.
 const ZIGZAG: f64 = 0.4;
 /// Share of loose samples that says noise.

@@ -22,6 +22,6 @@ pub use self::airfoil::Airfoil;
 pub use self::circle::Circle;
 pub use self::course::{Course, Noise};
 pub use self::outline::{NominalOutline, OutlineDeviation};
-pub use self::profile::{Estimate, Feature, Profile};
+pub use self::profile::{Bridge, Estimate, Feature, Profile};
 pub use self::range::noise_range;
 pub use self::zone::{MinimumZone, minimum_zone};

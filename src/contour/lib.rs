@@ -30,6 +30,7 @@
 
 pub mod benchmark;
 mod bezier;
+mod bridges;
 mod cells;
 mod choice;
 mod compare;

@@ -3,13 +3,20 @@
 use asphera_contour::features::{Airfoil, Course, Estimate, Feature, Profile};
 use asphera_report::contour::FeatureFigures;
 
+/// The features of curves.
+#[derive(Default)]
+pub(super) struct Found {
+    /// In the order of the curves.
+    pub(super) features: Vec<FeatureFigures>,
+    /// What is not known of them.
+    pub(super) unknown: Vec<String>,
+    /// Whether a curve bridges a gap.
+    pub(super) has_bridge: bool,
+}
+
 /// The features of courses, in their order, and what is not known of them.
-pub(super) fn features_of(
-    courses: &[Course],
-    tolerance_mm: f64,
-    is_airfoil: bool,
-) -> (Vec<FeatureFigures>, Vec<String>) {
-    let (mut features, mut unknown) = (Vec::new(), Vec::new());
+pub(super) fn features_of(courses: &[Course], tolerance_mm: f64, is_airfoil: bool) -> Found {
+    let Found { mut features, mut unknown, mut has_bridge } = Found::default();
     for (chain, course) in courses.iter().enumerate() {
         let profile = Profile::new(course, tolerance_mm);
         features.extend(profile.features.iter().map(|it| feature_of(chain, it)));
@@ -20,6 +27,7 @@ pub(super) fn features_of(
             perimeter_mm: profile.perimeter_mm.map(|it| it.value),
             u_perimeter_mm: profile.perimeter_mm.map(|it| it.u),
         }));
+        has_bridge |= !profile.bridges.is_empty();
         let mut reasons = profile.unknown;
         if is_airfoil {
             match Airfoil::new(course) {
@@ -33,7 +41,7 @@ pub(super) fn features_of(
         let name = if courses.len() > 1 { format!("curve {chain}: ") } else { String::new() };
         unknown.extend(reasons.into_iter().map(|why| format!("{name}{why}")));
     }
-    (features, unknown)
+    Found { features, unknown, has_bridge }
 }
 
 /// A feature of a curve.

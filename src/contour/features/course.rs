@@ -95,6 +95,21 @@ impl Course {
         Course { places_mm, closed: self.closed }
     }
 
+    /// The open courses that are left without the edges from some of its points to the next.
+    pub(super) fn without(&self, edges: &[usize]) -> Vec<Course> {
+        let count = self.places_mm.len();
+        let [Some(&first), Some(&last)] = [edges.first(), edges.last()] else { return Vec::new() };
+        let ends = edges.windows(2).map(|pair| pair[0] + 1..pair[1] + 1);
+        let place = |index: usize| self.places_mm[index % count];
+        let part = |range: std::ops::Range<usize>| Course::new(range.map(place).collect(), false);
+        match self.closed {
+            true => ends.chain([last + 1..first + 1 + count]).map(part).collect(),
+            false => {
+                [0..first + 1].into_iter().chain(ends).chain([last + 1..count]).map(part).collect()
+            }
+        }
+    }
+
     /// Largest side of the box round the points, mm.
     pub(super) fn extent_mm(&self) -> f64 {
         let range = |axis: usize| {

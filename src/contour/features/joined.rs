@@ -7,6 +7,7 @@ use super::joint::{Joint, area_and_length, between_lines, ends_mm, sweep, turn};
 use super::pieces::{Cut, Form, Piece};
 use super::profile::{Estimate, Feature};
 use crate::PlaceMm;
+use crate::bridges::{SHOWN_TURN, far_edges, turn_over};
 use crate::triangulation::distance_mm;
 
 /// A piece and, if points suffice, what is fitted to them.
@@ -147,6 +148,35 @@ impl Joined {
             )
         })
         .collect()
+    }
+
+    /// The edges that bridge a stretch of which the points do not show the way, by the point where each begins.
+    ///
+    /// Such an edge is far longer than those about it. It stays part of a line up to [`SHOWN_SHARE`] of the line's length, and of an arc or a
+    /// free piece where it turns by no more than [`SHOWN_TURN`]. Between two pieces it is always a gap.
+    pub(super) fn gaps(&self) -> Vec<usize> {
+        let mut gaps = far_edges(&self.places_mm, self.closed);
+        gaps.retain(|&from| !self.is_shown(from));
+        gaps
+    }
+
+    fn is_shown(&self, from: usize) -> bool {
+        let to = (from + 1) % self.places_mm.len();
+        let holds = |fitted: &&Fitted| (fitted.piece.first..fitted.piece.end).contains(&from);
+        let Some(Fitted { piece, element, .. }) = self.fitted.iter().find(holds) else {
+            return false;
+        };
+        let is_within = from < to && to < piece.end || to == 0 && self.fitted.len() == 1;
+        let length_mm = distance_mm(self.places_mm[from], self.places_mm[to]);
+        is_within
+            && match element.map(|element| element.shape) {
+                Some(Shape::Line { .. }) => {
+                    let ends = [piece.first, piece.end - 1].map(|point| self.places_mm[point]);
+                    length_mm <= SHOWN_SHARE * distance_mm(ends[0], ends[1])
+                }
+                Some(Shape::Circle { radius_mm, .. }) => length_mm <= SHOWN_TURN * radius_mm,
+                None => turn_over(&self.places_mm, self.closed, from) <= SHOWN_TURN,
+            }
     }
 
     /// The ends of a piece: its joints, or the feet of its first and last point.
@@ -340,6 +370,8 @@ const APART: f64 = 3.0;
 const SPARE: usize = 100;
 /// How far from their last points two pieces may meet, over the length of the shorter.
 const REACH: f64 = 0.3;
+/// Longest gap in a line over its length.
+const SHOWN_SHARE: f64 = 0.2;
 /// Length of the lines beside a chamfer over its own.
 const LONGER: f64 = 2.0;
 /// Largest turn of both corners of a chamfer, radians.

@@ -5,6 +5,7 @@ use super::enclosed::enclosed_mm2;
 use super::joined::Joined;
 use super::pieces::cut;
 use crate::PlaceMm;
+use crate::triangulation::distance_mm;
 
 /// A figure with its standard uncertainty by the noise of the points, in the same unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +85,15 @@ pub enum Feature {
     },
 }
 
+/// A stretch without points that the curve bridges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bridge {
+    /// The points beside it.
+    pub ends_mm: [PlaceMm; 2],
+    /// Their distance, mm.
+    pub length_mm: f64,
+}
+
 /// What a curve is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
@@ -93,6 +103,8 @@ pub struct Profile {
     pub area_mm2: Option<Estimate>,
     /// The length of a closed curve of lines and arcs, mm.
     pub perimeter_mm: Option<Estimate>,
+    /// Gaps over which the curve goes. Pieces end there, and a curve with one encloses nothing.
+    pub bridges: Vec<Bridge>,
     /// Noise of the points across the curve, mm.
     pub noise_sigma_mm: Option<f64>,
     /// What is not known, and why.
@@ -103,12 +115,14 @@ impl Profile {
     /// The profile of a course. Deviations up to `tolerance_mm` make no piece of their own; 0 for those of noise only.
     ///
     /// Points near the ends of a piece do not count where the piece beside it differs by less than 3 σ. The σ of a piece is by its own points
-    /// where 100 are to spare, else by those of all pieces. Of fewer than 8 points that count a piece is unknown.
+    /// where 100 are to spare, else by those of all pieces. Of fewer than 8 points that count a piece is unknown. Where the curve bridges a
+    /// gap it is taken apart.
     pub fn new(course: &Course, tolerance_mm: f64) -> Profile {
         let mut profile = Profile {
             features: Vec::new(),
             area_mm2: None,
             perimeter_mm: None,
+            bridges: Vec::new(),
             noise_sigma_mm: None,
             unknown: Vec::new(),
         };
@@ -128,7 +142,13 @@ impl Profile {
         profile.noise_sigma_mm = Some(noise.sigma_mm);
         // Finer than this the sums of the search do not tell.
         let sigma_mm = noise.sigma_mm.max(0.5 * tolerance_mm).max(1e-6 * course.extent_mm());
-        let joined = Joined::new(&cut(course, &noise, sigma_mm), sigma_mm);
+        let cut = cut(course, &noise, sigma_mm);
+        let joined = Joined::new(&cut, sigma_mm);
+        let gaps = joined.gaps();
+        if !gaps.is_empty() {
+            profile.parted(&cut.course, &gaps, tolerance_mm);
+            return profile;
+        }
         profile.features = joined.features();
         profile.unknown = joined.unknown();
         if course.is_closed() {
@@ -147,6 +167,31 @@ impl Profile {
             }
         }
         profile
+    }
+
+    /// Takes the features of what is left of a course without gaps, by the points where these begin.
+    fn parted(&mut self, course: &Course, gaps: &[usize], tolerance_mm: f64) {
+        let places_mm = course.places_mm();
+        for &from in gaps {
+            let ends_mm = [from, from + 1].map(|point| places_mm[point % places_mm.len()]);
+            let length_mm = distance_mm(ends_mm[0], ends_mm[1]);
+            let [[x, y], [to_x, to_y]] = ends_mm;
+            self.bridges.push(Bridge { ends_mm, length_mm });
+            self.unknown.push(format!(
+                "gap: {length_mm:.4} mm without points from {x:.4}, {y:.4} to {to_x:.4}, {to_y:.4} mm, far more than between the points beside it; the curve bridges it, its pieces end there"
+            ));
+        }
+        if course.is_closed() {
+            let why =
+                "area, perimeter: a gap is closed, so they are not known; measure points there";
+            self.unknown.push(why.to_owned());
+        }
+        for part in course.without(gaps) {
+            let part = Profile::new(&part, tolerance_mm);
+            self.features.extend(part.features);
+            self.bridges.extend(part.bridges);
+            self.unknown.extend(part.unknown);
+        }
     }
 }
 

@@ -5,6 +5,7 @@
 mod airfoils;
 mod authors;
 mod benchmark;
+mod bridges;
 mod choice;
 mod cocone;
 mod compare;
