@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::element::{Element, Shape, figure};
-use super::joint::{Joint, area_and_length, between_lines, ends_mm, sweep, turn};
+use super::joint::{Joint, area_and_length, between_lines, ends_mm, overlap_mm, sweep, turn};
 use super::pieces::{Cut, Form, Piece};
 use super::profile::{Estimate, Feature};
 use crate::PlaceMm;
@@ -102,8 +102,13 @@ impl Joined {
             distance_mm(self.places_mm[first], self.places_mm[end - 1])
         };
         let reach_mm = REACH * length_mm(index).min(length_mm(next)) + distance_mm(p, q);
-        let shapes = [self.shape(index)?, self.shape(next)?];
-        Some(Joint::new([&shapes[0], &shapes[1]], near, reach_mm))
+        let elements = [self.fitted[index].element?, self.fitted[next].element?];
+        let shapes = [&elements[0].shape, &elements[1].shape];
+        let overlap = figure(&elements, |shapes| Some([overlap_mm([&shapes[0], &shapes[1]])?]));
+        // Noise lets pieces that touch cross at a small angle, or miss each other.
+        let may_touch =
+            overlap.is_some_and(|([overlap_mm], [u_mm])| overlap_mm.abs() <= TOUCHING * u_mm);
+        Some(Joint::new(shapes, near, reach_mm, may_touch))
     }
 
     fn shape(&self, index: usize) -> Option<Shape> {
@@ -368,6 +373,8 @@ const LEAST_OF_ELEMENT: usize = 8;
 const APART: f64 = 3.0;
 /// Points to spare from which a piece has a σ of its own.
 const SPARE: usize = 100;
+/// Overlap of two pieces, in standard uncertainties of it, up to which they touch.
+const TOUCHING: f64 = 4.0;
 /// How far from their last points two pieces may meet, over the length of the shorter.
 const REACH: f64 = 0.3;
 /// Longest gap in a line over its length.

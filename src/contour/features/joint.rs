@@ -19,12 +19,14 @@ pub(super) enum Joint {
 }
 
 impl Joint {
-    /// The joint of two shapes whose points change hands near a place; `reach_mm` is how far from there they may meet.
-    pub(super) fn new(shapes: [&Shape; 2], near: PlaceMm, reach_mm: f64) -> Joint {
+    /// The joint of two shapes whose points change hands near a place; `reach_mm` is how far from there they may meet. Shapes that may touch
+    /// make a corner from [`CORNER_DEG`] on, others from [`SMOOTH_DEG`] on.
+    pub(super) fn new(shapes: [&Shape; 2], near: PlaceMm, reach_mm: f64, may_touch: bool) -> Joint {
+        let least_deg = if may_touch { CORNER_DEG } else { SMOOTH_DEG };
         let is_near = |place: PlaceMm| distance_mm(place, near) <= reach_mm;
         let meeting = shapes[0].meeting_mm(shapes[1], near).filter(|&place| is_near(place));
         let is_corner =
-            meeting.is_some_and(|place| turn(shapes, place).abs() >= SMOOTH_DEG.to_radians());
+            meeting.is_some_and(|place| turn(shapes, place).abs() >= least_deg.to_radians());
         match touch_mm(shapes, near) {
             _ if is_corner => Joint::Corner(near),
             Some(place) if is_near(place) => Joint::Touch(near),
@@ -46,6 +48,25 @@ impl Joint {
 pub(super) fn turn(shapes: [&Shape; 2], place: PlaceMm) -> f64 {
     let turn = shapes[1].angle_at(place) - shapes[0].angle_at(place);
     turn - TAU * (turn / TAU).round()
+}
+
+/// How far two shapes reach beyond touching each other, in mm: above 0 where they miss each other; none of two lines.
+pub(super) fn overlap_mm(shapes: [&Shape; 2]) -> Option<f64> {
+    match (shapes[0], shapes[1]) {
+        (Shape::Line { .. }, Shape::Line { .. }) => None,
+        (line @ Shape::Line { .. }, Shape::Circle { centre_mm, radius_mm, .. })
+        | (Shape::Circle { centre_mm, radius_mm, .. }, line @ Shape::Line { .. }) => {
+            Some(line.distance_mm(*centre_mm) - radius_mm)
+        }
+        (
+            Shape::Circle { centre_mm: p, radius_mm: r, turn },
+            Shape::Circle { centre_mm: q, radius_mm: s, turn: other },
+        ) => {
+            // Circles that go round the same way touch from within.
+            let touching = if turn == other { (r - s).abs() } else { r + s };
+            Some(distance_mm(*p, *q) - touching)
+        }
+    }
 }
 
 /// Where two shapes are nearest to each other; none of two lines and of circles about one centre.
@@ -115,5 +136,7 @@ pub(super) fn between_lines(first: f64, second: f64) -> f64 {
     angle.min(PI - angle)
 }
 
+/// Turn from which on two pieces make a corner although noise may hide that they touch, degrees.
+const CORNER_DEG: f64 = 25.0;
 /// Turn below which the curve goes on smoothly, degrees.
 const SMOOTH_DEG: f64 = 5.0;

@@ -30,7 +30,8 @@ pub(super) struct Cut {
 /// Cuts a course into the pieces that cost least.
 ///
 /// A piece costs the sum of its squared distances over σ², and ln N for each of its numbers and for its end (G. Schwarz's criterion, Annals of
-/// Statistics 6 (1978) 461-464): 3 of a line, 4 of an arc. A free piece costs what noise explains, n + 6·√(2n), a quarter of n as σ is known to a tenth, 13·ln N, and what its
+/// Statistics 6 (1978) 461-464): 3 of a line, 4 of an arc. A free piece costs what noise explains, n + 6·√(2n), and a quarter of n as σ is known to a tenth. It costs as much beside as arcs of
+/// [`POINTS_OF_ARC`] points each, [`LEAST_ARCS`] to [`MOST_ARCS`] of them: a plate of lines and arcs pays for each of its pieces. And it costs what its
 /// points stand off the cubics through their neighbours beyond 3.5 σ. Dynamic programming finds the least sum over ends at up to [`NODES`]
 /// points, and at those unless they are many; then each end moves to where the two pieces beside it cost least, and short pieces that cost less without it leave. A closed course is cut at the point it begins with, then anew at
 /// an end that was found. Time [`NODES`]·n.
@@ -76,7 +77,24 @@ fn linear(course: &Course, noise: &Noise, start: usize, sigma_mm: f64) -> Cut {
         let (_, form) = costs.least(ends[0], ends[1]);
         Piece { first: ends[0], end: ends[1], form }
     });
-    Cut { pieces: pieces.collect(), course }
+    let pieces = without_runs(&costs, pieces.collect());
+    Cut { pieces, course }
+}
+
+/// Makes each run of [`RUN`] arcs or more a free piece, if that costs less at the price of two arcs: arc after arc, and no line between them, is
+/// how a free form looks.
+fn without_runs(costs: &Costs, pieces: Vec<Piece>) -> Vec<Piece> {
+    let runs = pieces.chunk_by(|piece, next| piece.form == Form::Arc && next.form == Form::Arc);
+    let joined = runs.flat_map(|run| {
+        let [first, end] = [run[0].first, run[run.len() - 1].end];
+        let arcs: f64 = run.iter().map(|it| costs.least(it.first, it.end).0).sum();
+        let is_free = run.len() >= RUN && costs.of_free(first, end, LEAST_ARCS) < arcs;
+        match is_free {
+            true => vec![Piece { first, end, form: Form::Free }],
+            false => run.to_vec(),
+        }
+    });
+    joined.collect()
 }
 
 /// The costs of pieces of a course.
@@ -122,9 +140,8 @@ impl<'a> Costs<'a> {
         let line = moments.line_squares_mm2() / self.variance_mm2 + 3.0 * self.price + CHANCE;
         let arc =
             moments.circle_squares_mm2() / self.variance_mm2 + 4.0 * self.price + 2.0 * CHANCE;
-        let off = self.excess[end] - self.excess[first];
-        let free =
-            1.25 * count + 6.0 * (2.0 * count).sqrt() + off + 13.0 * self.price + 2.0 * CHANCE;
+        let arcs = (count / POINTS_OF_ARC).clamp(LEAST_ARCS, MOST_ARCS);
+        let free = self.of_free(first, end, arcs);
         if line <= arc && line <= free {
             (line, Form::Line)
         } else if arc <= free {
@@ -132,6 +149,14 @@ impl<'a> Costs<'a> {
         } else {
             (free, Form::Free)
         }
+    }
+
+    /// The cost of a free piece that costs as much beside as some arcs.
+    fn of_free(&self, first: usize, end: usize, arcs: f64) -> f64 {
+        let count = (end - first) as f64;
+        let off = self.excess[end] - self.excess[first];
+        let noise = 1.25 * count + 6.0 * (2.0 * count).sqrt();
+        noise + off + arcs * (4.0 * self.price + 2.0 * CHANCE)
     }
 
     /// The ends, 0 and the count included, that dynamic programming over nodes finds.
@@ -242,6 +267,14 @@ const LEAST_OF_PIECE: usize = 4;
 const FAR: f64 = 3.5;
 /// What a piece costs beside, and again if it is no line: among the many ends and forms that are tried, chance finds good ones.
 const CHANCE: f64 = 12.0;
+/// Points for each of which a free piece costs as much as an arc,
+const POINTS_OF_ARC: f64 = 30.0;
+/// the least such arcs,
+const LEAST_ARCS: f64 = 2.5;
+/// and the most. With σ off by a tenth a rounded rectangle of 200 points still costs less, and a flower of twelve arcs more.
+const MOST_ARCS: f64 = 5.0;
+/// Arcs in a row that may be a free form.
+const RUN: usize = 5;
 /// Most beginnings that are tried of a closed course.
 const MOST_TURNS: usize = 4;
 /// Most times that all ends are moved.

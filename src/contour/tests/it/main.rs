@@ -13,6 +13,7 @@ mod corners;
 mod curves;
 mod degenerate;
 mod features;
+mod free_forms;
 mod gaps;
 mod graphs;
 mod guarantees;
