@@ -4,6 +4,7 @@
 mod airfoil;
 mod circle;
 mod course;
+mod cut_corner;
 mod element;
 mod enclosed;
 mod joined;

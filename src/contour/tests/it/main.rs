@@ -12,6 +12,7 @@ mod compare;
 mod corners;
 mod curves;
 mod degenerate;
+mod enclosed;
 mod features;
 mod free_forms;
 mod gaps;
