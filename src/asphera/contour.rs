@@ -16,7 +16,7 @@ use asphera_contour::curves::HalfNeighbours;
 use asphera_contour::features::Course;
 use asphera_contour::strokes::Hint;
 use asphera_contour::{
-    Choice, FoundCurve, Graph, Kind, Method, MethodError, Parameters, PlaceMm, SampleId, Samples,
+    Choice, FoundCurve, Graph, Kind, Method, MethodError, Parameters, PlaceMm, Samples,
     SamplesError, Triangulation,
 };
 use asphera_report::contour::ContourReport;
@@ -169,7 +169,8 @@ impl ContourSettings {
         let mut report = unmeshed_report(samples, (method, parameters), &curve, spacing_mm);
         close_gaps(&mut report, samples, method, &curve, self.gap_mm);
         let courses = Course::of_curve(samples, &curve, &[]);
-        Ok((report, used_of(samples, &curve, &[]), courses))
+        let used = used_of(samples, &curve, &courses);
+        Ok((report, used, courses))
     }
 
     /// The curve or area that the method finds, the points it was made of, and the courses of its curves.
@@ -209,7 +210,8 @@ impl ContourSettings {
                     Kind::Curve => Course::of_curve(samples, &curve, &[]),
                     Kind::Region | Kind::Graph => Vec::new(),
                 };
-                (report, used_of(samples, &curve, &[]), courses)
+                let used = used_of(samples, &curve, &courses);
+                (report, used, courses)
             }
         })
     }
@@ -238,7 +240,15 @@ fn by_points(
             let mut report = curve_report(triangulation, method, parameters, &curve);
             close_gaps(&mut report, samples, method, &curve, gap_mm);
             let courses = Course::of_curve(samples, &curve, &choice.outliers);
-            (report, used_of(samples, &curve, &choice.outliers), courses)
+            let used = used_of(samples, &curve, &courses);
+            let apart = samples.len().saturating_sub(used.len() + choice.outliers.len());
+            if apart > 0 {
+                report.unknown.push(format!(
+                    "curve: {apart} points beside the {} outliers lie on no curve that was found; it may lack a part there",
+                    choice.outliers.len()
+                ));
+            }
+            (report, used, courses)
         }
     };
     Ok((with_choice(report, &choice), used, courses))
@@ -260,12 +270,10 @@ fn joined(samples: &Samples, graph: &Graph) -> Vec<PlaceMm> {
     places.filter(|(_, degree)| *degree > 0).map(|(&place, _)| place).collect()
 }
 
-/// The places that a curve was made of: all but outliers where noise was taken away, else those that it joins.
-fn used_of(samples: &Samples, curve: &FoundCurve, outliers: &[SampleId]) -> Vec<PlaceMm> {
-    if curve.places_mm.is_none() {
-        return joined(samples, &curve.graph);
+/// The places that a curve was made of: those of its courses where noise was taken away, else those that it joins.
+fn used_of(samples: &Samples, curve: &FoundCurve, courses: &[Course]) -> Vec<PlaceMm> {
+    match curve.places_mm {
+        Some(_) => courses.iter().flat_map(Course::places_mm).copied().collect(),
+        None => joined(samples, &curve.graph),
     }
-    let is_used = |sample: &SampleId| outliers.binary_search(sample).is_err();
-    let used = (0..).zip(samples.places()).filter(|(sample, _)| is_used(sample));
-    used.map(|(_, &place)| place).collect()
 }

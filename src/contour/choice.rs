@@ -70,7 +70,7 @@ impl Choice {
     /// and less than a quarter of the samples is in such runs. None is left out if one closed curve joins all with no edge longer than 1.5
     /// times the longest of the [`hnn_crust`] of the rest, nor than four times the longer one beside it. That is noisy if more than 0.4 of its turns change their
     /// direction, or more than a quarter of it is loose. Then [`lee`] is chosen, with two exceptions where one closed curve joins all. Noise is small where
-    /// its median turn is at most 0.2. Where nothing is loose and its spacing varies by a factor of 2.5, [`stretch_denoise`] is chosen. Of small noise, and of samples without noise of which something is loose, [`connect2d`] is the
+    /// its median turn is at most 0.2; where no such curve joins all, that of the [`hnn_crust`], which is the choice then. Where nothing is loose and its spacing varies by a factor of 2.5, [`stretch_denoise`] is chosen. Of small noise, and of samples without noise of which something is loose, [`connect2d`] is the
     /// choice where it closes: corners. Otherwise [`hnn_crust`] is. Where outliers are left out of that, [`voronoi_labelling`] of all samples
     /// takes its place if it is closed curves alone through nine in ten of the rest, with no edge longer than 1.5 times its longest, and passes
     /// other samples by: those near the curve, too. A gap that a method bridges is opened again. All figures are ours, from points made for each case.
@@ -130,7 +130,8 @@ impl Choice {
         let method = match closed_turn_rad {
             Some(turn_rad) if !is_noisy || turn_rad <= SLIGHT_RAD => Method::Connect2d,
             Some(_) if follows => Method::StretchDenoise,
-            _ if is_noisy => Method::Lee,
+            // The turn is one against the spacing of each place.
+            _ if is_noisy && median_turn_rad(triangulation, curve) > SLIGHT_RAD => Method::Lee,
             _ => Method::HnnCrust,
         };
         let zigzag = Some(zigzag);

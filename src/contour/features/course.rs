@@ -40,7 +40,7 @@ impl Course {
     }
 
     /// The courses of the chains of a curve, in their order. Where noise was taken away, samples but outliers belong to the nearest chain, in the
-    /// order of their feet on it.
+    /// order of their feet on it. Those farther from it than its noise and one of its sides explain belong to none: the curve leaves them out.
     pub fn of_curve(samples: &Samples, curve: &FoundCurve, outliers: &[SampleId]) -> Vec<Course> {
         let chains = curve.graph.chains(samples.len());
         let Some(moved_mm) = &curve.places_mm else {
@@ -63,8 +63,10 @@ impl Course {
             .filter(|sample| outliers.binary_search(sample).is_err())
             .filter_map(|sample| {
                 let at = samples.places()[sample as usize];
-                let (side, _) = line.nearest(at)?;
-                Some((side, share_along(sides[side as usize], at), at))
+                let (side, distance_mm) = line.nearest(at)?;
+                let [p, q] = sides[side as usize];
+                let most_mm = FAR * curve.sigma_mm.unwrap_or(0.0) + self::distance_mm(p, q);
+                (distance_mm <= most_mm).then(|| (side, share_along([p, q], at), at))
             })
             .collect();
         ordered.sort_by(|p, q| {
@@ -220,6 +222,8 @@ fn by_place(p: &PlaceMm, q: &PlaceMm) -> std::cmp::Ordering {
     p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1]))
 }
 
+/// Distance from a curve without its noise, in σ, that noise explains.
+const FAR: f64 = 6.0;
 /// Least points whose noise can be found.
 pub(super) const LEAST: usize = 9;
 /// Median of the size of a standard normal number.

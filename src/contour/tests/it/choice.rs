@@ -1,10 +1,14 @@
 //! Choice of a method by the points, and how well the chosen curve lies beside those of all other methods.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use asphera_contour::benchmark::Category;
+use asphera_contour::features::Course;
 use asphera_contour::sampler::{Disturbance, Spacing, TrueCurve};
-use asphera_contour::{Choice, Deviation, Graph, Kind, Method, Parameters, PlaceMm, Triangulation};
+use asphera_contour::{
+    Choice, Deviation, FoundCurve, Graph, Kind, Method, Parameters, PlaceMm, Triangulation,
+};
+use asphera_geometry::Numbers;
 
 use crate::airfoils::{Lengths, section};
 use crate::places::{Random, scattered, thins, triangulation};
@@ -176,6 +180,47 @@ fn tips_of_corners_are_no_outliers() {
         let score = trial.score(Method::Auto).unwrap();
         assert!(score.f == 1.0 && score.two_edges == 1.0, "{number}: {score:?}");
     }
+}
+
+#[test]
+fn small_noise_leaves_no_part_out_where_density_changes() {
+    // Half of a circle of 5 mm six times denser than the other half, 1 µm of noise.
+    for seed in 0..40 {
+        let numbers = Numbers::new(31, seed, 0);
+        let points: Vec<PlaceMm> = (0..240)
+            .map(|index| {
+                let way = (f64::from(index) + 0.8 * numbers.uniform(index as usize)) * 7.0 / 240.0;
+                let angle = if way < 6.0 { way / 6.0 } else { way - 5.0 } * PI;
+                let radius = 5.0 + 1e-3 * numbers.normal(index as usize + 1000);
+                [radius * angle.cos(), radius * angle.sin()]
+            })
+            .collect();
+        let (choice, lines) = chosen(&triangulation(&points));
+        let reason = choice.reason();
+        assert!(lines.len() == 1 && lines[0].1 && lines[0].0.len() >= 238, "{seed}: {reason}");
+        assert!(reason.contains("little noise against the spacing"), "{seed}: {reason}");
+    }
+}
+
+#[test]
+fn courses_have_no_samples_that_the_curve_leaves_out() {
+    // Noise was taken away, and the curve has the first half of the circle alone.
+    let ring = |radius: f64| {
+        let angles = (0..200).map(|index| f64::from(index) * TAU / 200.0);
+        angles.map(move |angle| [radius * angle.cos(), radius * angle.sin()])
+    };
+    let set = triangulation(&ring(5.01).collect::<Vec<_>>());
+    let places = set.samples().places();
+    let row = |at: u32| set.samples().of_row(at as usize);
+    let curve = FoundCurve {
+        graph: Graph::new((0..100).map(|at| [row(at), row(at + 1)])),
+        places_mm: Some(places.iter().map(|place| place.map(|it| it / 1.002)).collect()),
+        sigma_mm: Some(0.01),
+    };
+    let courses = Course::of_curve(set.samples(), &curve, &[]);
+    let used = courses[0].places_mm();
+    assert!((101..=105).contains(&used.len()), "{}", used.len());
+    assert!(used.iter().all(|place| place[1] > -0.4));
 }
 
 /// NACA 2412 of 40 mm, 1 µm of noise, 0.03 to 0.16 mm apart.
