@@ -101,15 +101,13 @@ impl Course {
     pub(super) fn without(&self, edges: &[usize]) -> Vec<Course> {
         let count = self.places_mm.len();
         let [Some(&first), Some(&last)] = [edges.first(), edges.last()] else { return Vec::new() };
-        let ends = edges.windows(2).map(|pair| pair[0] + 1..pair[1] + 1);
-        let place = |index: usize| self.places_mm[index % count];
-        let part = |range: std::ops::Range<usize>| Course::new(range.map(place).collect(), false);
+        let mut parts: Vec<_> = edges.windows(2).map(|pair| pair[0] + 1..pair[1] + 1).collect();
         match self.closed {
-            true => ends.chain([last + 1..first + 1 + count]).map(part).collect(),
-            false => {
-                [0..first + 1].into_iter().chain(ends).chain([last + 1..count]).map(part).collect()
-            }
+            true => parts.push(last + 1..first + 1 + count),
+            false => parts.extend([0..first + 1, last + 1..count]),
         }
+        let place = |index: usize| self.places_mm[index % count];
+        parts.into_iter().map(|part| Course::new(part.map(place).collect(), false)).collect()
     }
 
     /// Largest side of the box round the points, mm.
