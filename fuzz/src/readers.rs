@@ -84,7 +84,8 @@ fn text_options(choice: u8) -> TextOptions {
         _ => (0, None),
     };
     let keeps_marks = choice >> 3 & 1 == 1;
-    TextOptions { columns, units, skip_lines, pitch_mm, keeps_marks }
+    let in_plane = choice >> 4 & 1 == 1;
+    TextOptions { columns, units, skip_lines, pitch_mm, keeps_marks, in_plane }
 }
 
 /// An X3P archive of an input: its XML, and behind the first byte 0xFF, which no XML has, its points.

@@ -73,7 +73,7 @@ impl Choice {
     /// its median turn is at most 0.2; where no such curve joins all, that of the [`hnn_crust`], which is the choice then. Where nothing is loose and its spacing varies by a factor of 2.5, [`stretch_denoise`] is chosen. Of small noise, and of samples without noise of which something is loose, [`connect2d`] is the
     /// choice where it closes: corners. Otherwise [`hnn_crust`] is. Where outliers are left out of that, [`voronoi_labelling`] of all samples
     /// takes its place if it is closed curves alone through nine in ten of the rest, with no edge longer than 1.5 times its longest, and passes
-    /// other samples by: those near the curve, too. A gap that a method bridges is opened again. All figures are ours, from points made for each case.
+    /// other samples by: those near the curve, too. A gap that a method bridges is opened again where no outliers are left out. All figures are ours, from points made for each case.
     pub fn new(triangulation: &Triangulation) -> Choice {
         let inner_share = inner_share(triangulation);
         let is_area = inner_share >= AREA;
@@ -162,11 +162,12 @@ impl Choice {
         let Some(moved) = moved else {
             if self.method == Method::VoronoiLabelling {
                 let graph = voronoi_labelling(triangulation);
-                let graph = without_bridges(graph, triangulation.samples().places(), SHOWN_TURN);
                 return Some(FoundCurve { graph, ..FoundCurve::default() });
             }
             let graph = match self.method {
                 Method::Connect2d => connect2d(rest.triangulation()),
+                // What was left out may have lain in a gap.
+                _ if !self.outliers.is_empty() => hnn_crust(rest.triangulation().samples()),
                 _ => joined(rest.triangulation()),
             };
             let graph = rest.back(&graph);
