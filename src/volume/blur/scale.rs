@@ -205,7 +205,8 @@ impl Variations {
         if has_edges {
             let linear = fine + (fine - middle) / (SQRT_2 - 1.0);
             let of_curvature = CURVED_EDGES * (area - self.area(false)).abs();
-            return (EDGE_DOUBT * (area - linear).abs()).hypot(of_curvature);
+            let of_model = EDGE_DOUBT * (area - linear).abs();
+            return of_model.hypot(of_curvature).hypot(self.of_steps(true));
         }
         let sigma = self.scale.sigmas()[0] * f64::from(self.scale.level).exp2();
         let bent = 2.0 * (area - fine).max(0.0) / (sigma * sigma);
@@ -215,13 +216,14 @@ impl Variations {
         let of_edges =
             if self.is_fine() { UNDECIDED * between.abs() } else { MIXED * between.max(0.0) };
         let of_model = of_edges.max((area - (2.0 * fine - middle)).abs());
-        of_place.hypot(of_model).hypot(self.of_steps())
+        of_place.hypot(of_model).hypot(self.of_steps(false))
     }
 
-    /// Standard uncertainty by steps of the grid: faces that are flat at this scale have one direction, not the mean of all.
-    fn of_steps(&self) -> f64 {
+    /// Standard uncertainty by steps of the grid: faces that are flat at this scale have one direction, not the mean of all. So have those
+    /// between edges.
+    fn of_steps(&self, has_edges: bool) -> f64 {
         let level = self.scale.level;
-        let has_one_direction = self.is_flat() || level == 0 && self.loss() <= LITTLE;
+        let has_one_direction = has_edges || self.is_flat() || level == 0 && self.loss() <= LITTLE;
         if has_one_direction {
             STEPS_DOUBT * (-2.0 * f64::from(level)).exp2() * self.area(false)
         } else {
