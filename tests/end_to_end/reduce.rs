@@ -214,7 +214,9 @@ fn what_cannot_be_done_is_said() {
         assert!(text.contains("epsilon") && text.contains("up to 1"), "{text}");
     }
     let odd = dir.path().join("reduced.stl");
-    assert!(complaint(&reduce(&file, &odd, &["--epsilon", "0.1"])).contains(".xyz"));
+    let odd = reduce(&file, &odd, &["--epsilon", "0.1"]);
+    assert_eq!(odd.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&odd.stderr).contains(".xyz"));
     let nowhere = dir.path().join("no/folder/reduced.xyz");
     assert!(complaint(&reduce(&file, &nowhere, &["--epsilon", "0.1"])).contains("cannot write"));
     std::fs::write(&out, "mine").unwrap();
