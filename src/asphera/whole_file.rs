@@ -17,9 +17,8 @@ pub(crate) struct CannotWrite {
 /// A file that is written beside its place and moved there at the end. Dropped before, it leaves nothing, and what was there stays.
 pub(crate) struct WholeFile {
     target: PathBuf,
-    /// None where the target is no plain file: a pipe or a device takes bytes as they come.
+    /// None where the target is no plain file: a pipe or a device takes bytes as they come; and once it lies at its place.
     beside: Option<PathBuf>,
-    is_placed: bool,
 }
 
 impl WholeFile {
@@ -34,7 +33,7 @@ impl WholeFile {
         // Another process may write the same file at the same time.
         beside.push(format!(".{}.part", std::process::id()));
         let beside = (!is_special).then(|| PathBuf::from(beside));
-        WholeFile { target, beside, is_placed: false }
+        WholeFile { target, beside }
     }
 
     /// Where it is written.
@@ -61,8 +60,8 @@ impl WholeFile {
                 .and_then(|file| file.sync_data())
                 .and_then(|()| fs::rename(beside, &self.target));
             moved.map_err(|source| self.failed(source))?;
-            self.is_placed = true;
         }
+        self.beside = None;
         Ok(())
     }
 
@@ -73,7 +72,7 @@ impl WholeFile {
 
 impl Drop for WholeFile {
     fn drop(&mut self) {
-        if let (Some(beside), false) = (&self.beside, self.is_placed) {
+        if let Some(beside) = &self.beside {
             // It holds room that others may need. What cannot be removed is told by the error already.
             let _ = fs::remove_file(beside);
         }

@@ -93,7 +93,9 @@ impl Choice {
         let rest = Rest::new(triangulation, &outliers);
         let curve = hnn_crust(rest.triangulation().samples());
         // What closes a curve may be no longer than edges that bridge no gap.
-        let most_mm = longest_mm(rest.triangulation(), &joined(rest.triangulation()));
+        let places_mm = rest.triangulation().samples().places();
+        let open = without_bridges(&curve, places_mm, SHOWN_TURN);
+        let most_mm = longest_mm(rest.triangulation(), &open);
         if !outliers.is_empty() {
             // Tips of corners look like short runs: one closed curve joins them without a long edge.
             let all =
@@ -166,9 +168,15 @@ impl Choice {
             }
             let graph = match self.method {
                 Method::Connect2d => connect2d(rest.triangulation()),
-                // What was left out may have lain in a gap.
-                _ if !self.outliers.is_empty() => hnn_crust(rest.triangulation().samples()),
-                _ => joined(rest.triangulation()),
+                _ => {
+                    let samples = rest.triangulation().samples();
+                    let curve = hnn_crust(samples);
+                    // What was left out may have lain in a gap.
+                    match self.outliers.is_empty() {
+                        true => without_bridges(&curve, samples.places(), SHOWN_TURN),
+                        false => curve,
+                    }
+                }
             };
             let graph = rest.back(&graph);
             return Some(FoundCurve { graph, ..FoundCurve::default() });
@@ -177,7 +185,7 @@ impl Choice {
         for (&sample, &place) in rest.kept.iter().zip(&moved.places_mm) {
             places_mm[sample as usize] = place;
         }
-        let graph = without_bridges(moved.graph, &moved.places_mm, NOISY_TURN);
+        let graph = without_bridges(&moved.graph, &moved.places_mm, NOISY_TURN);
         Some(FoundCurve {
             graph: rest.back(&graph),
             places_mm: Some(places_mm),
@@ -226,15 +234,9 @@ impl Choice {
     }
 }
 
-/// The [`hnn_crust`] of samples, open where it bridges a gap.
-fn joined(triangulation: &Triangulation) -> Graph {
-    let samples = triangulation.samples();
-    without_bridges(hnn_crust(samples), samples.places(), SHOWN_TURN)
-}
-
 /// A graph without edges that are far longer than those about them and over which its chains turn more than an angle in radians: what lies
 /// there no point shows. Places are those of its samples.
-fn without_bridges(graph: Graph, places_mm: &[PlaceMm], most_turn: f64) -> Graph {
+fn without_bridges(graph: &Graph, places_mm: &[PlaceMm], most_turn: f64) -> Graph {
     let mut bridges = Vec::new();
     for chain in graph.chains(places_mm.len()) {
         let places: Vec<PlaceMm> =
@@ -245,7 +247,7 @@ fn without_bridges(graph: Graph, places_mm: &[PlaceMm], most_turn: f64) -> Graph
         bridges.extend(far.into_iter().map(|from| [end(from), end(from + 1)]));
     }
     if bridges.is_empty() {
-        return graph;
+        return graph.clone();
     }
     let bridges = Graph::new(bridges);
     let kept = graph.edges().iter().copied();

@@ -40,8 +40,8 @@ pub struct BlurredArea {
 
 /// The area of a volume by blurring it, in the caller's pool. The result does not depend on threads.
 ///
-/// σ is 1.5, 1.5·√2 and 3 spacings. The order p comes from the three; where it is nearer to 1 than to 2, edges prevail and the area is
-/// a polynomial in σ at 0, else one in σ². Where these σ take much, 1, √2 and 2 decide, and serve smooth bodies. Where they take little,
+/// σ is 1.5, 1.5·√2 and 3 spacings. The order p comes from the three; where it is nearer to 1 than to 2, edges prevail (of finer σ below an
+/// order that falls with what they take, as that of small smooth bodies does), and the area is a polynomial in σ at 0, else one in σ². Where these σ take much, 1, √2 and 2 decide, and serve smooth bodies. Where they take little,
 /// steps of the grid would stand out, so σ grows as the root of the radius of curvature, on a grid as much coarser.
 ///
 /// Where material touches the border of the volume, flat faces close it half a spacing beyond: each of their samples is a square, and walls

@@ -139,9 +139,9 @@ pub(super) fn run(args: &SampleArgs) -> Result<Exit, Failure> {
         seed: args.seed,
     };
     let points = disturbance.apply(&curve, &lines);
-    write(&args.out, &places(&args.out, &points.points_mm))?;
+    write_bytes(&args.out, places(&args.out, &points.points_mm))?;
     if let Some(path) = &args.truth {
-        write(path, &truth(path, &curve, &points)?)?;
+        write_bytes(path, truth(path, &curve, &points)?)?;
     }
     let least_mm = curve.least_lfs_mm();
     let report = SampleReport {
@@ -303,10 +303,6 @@ fn counts(left_out: &LeftOut) -> String {
     let words: Vec<String> =
         left_out.iter().map(|(name, count)| format!("{count} {name}")).collect();
     words.join(", ")
-}
-
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    Ok(write_bytes(path, text)?)
 }
 
 impl ImageFigures {
